@@ -1,0 +1,37 @@
+//! Reflectance in the frequency domain.
+//!
+//! A surface filters the light that falls on it. On the sphere of directions that filter acts on
+//! spherical harmonics, so the power spectrum of what a surface reflects tells what the surface is.
+//! This crate holds the pieces, each checked against an oracle that shares no code with it, and the
+//! classifier that they drive.
+//!
+//! The modules follow the data; each may use those above it, never those below.
+
+pub mod sphere;
+
+pub mod harmonics;
+
+pub mod reflectance;
+
+pub mod illumination;
+
+pub mod reflection;
+
+pub mod features;
+
+pub mod classify;
+
+pub mod contracts;
+
+#[cfg(feature = "report")]
+pub mod report;
+
+#[cfg(feature = "cli")]
+pub mod cli;
+
+mod error;
+mod parallelism;
+
+pub use error::{Error, Result};
+pub use glam;
+pub use parallelism::Parallelism;
