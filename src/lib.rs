@@ -21,6 +21,7 @@ pub mod features;
 
 pub mod classify;
 
+#[cfg(feature = "contracts")]
 pub mod contracts;
 
 #[cfg(feature = "report")]
