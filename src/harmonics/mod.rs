@@ -1,1 +1,23 @@
-//! To come.
+//! Real spherical harmonics: Legendre functions, coefficients, transforms, rotation and spectra.
+//!
+//! Everything here lives in the harmonic frame: the pole on +z, θ from the pole, φ = atan2(y, x).
+//! The harmonics are real, orthonormal over the sphere (∫ Y² dω = 1), without the Condon–Shortley phase:
+//!
+//! Y_l^m = P̄_lm(cos θ) cos mφ for m ≥ 0 and P̄_l|m|(cos θ) sin |m|φ for m < 0, with
+//! P̄_lm = √(2 − δ_m0) √((2l+1)/4π · (l−m)!/(l+m)!) P_l^m, P_l^m ≥ 0 near the north pole.
+
+#![expect(
+    clippy::doc_markdown,
+    reason = "the formulas are plain text, with subscripts"
+)]
+
+mod coefficients;
+pub mod legendre;
+mod point;
+mod spectrum;
+mod transform;
+
+pub use coefficients::{Coefficients, coefficient_count};
+pub use point::{evaluate, evaluate_all};
+pub use spectrum::{average_power, convolve_zonal, cross_power, deconvolve_zonal, zonal_factor};
+pub use transform::{MAX_DEGREE, Transform};

@@ -1,5 +1,10 @@
 //! Directions, frames, quadrature rules, iso-latitude grids and pixel mappings.
 
+mod double_double;
 mod frame;
+mod grid;
+mod rule;
 
 pub use frame::{Frame, from_harmonic, to_harmonic};
+pub use grid::{Grid, Latitudes, MAX_COLUMNS};
+pub use rule::{MAX_NODES, Rule};

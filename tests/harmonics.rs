@@ -1,0 +1,130 @@
+//! Transforms, values and spectra against closed forms and against one another.
+
+use lobes::glam::DVec3;
+use lobes::harmonics::{Coefficients, Transform, average_power, evaluate, evaluate_all};
+use lobes::sphere::{Grid, Rule};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+fn random(degree: usize, orders: usize, seed: u64) -> Coefficients {
+    let mut generator = Pcg64::seed_from_u64(seed);
+    let mut f = Coefficients::zeros_with_orders(degree, orders);
+    for value in f.as_mut_slice() {
+        *value = generator.random_range(-1.0..1.0);
+    }
+    f
+}
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn rules_integrate_polynomials() {
+    for n in [1usize, 2, 3, 4, 7, 16, 33, 64] {
+        for (rule, exact) in [
+            (Rule::gauss_legendre(n), 2 * n - 1),
+            (Rule::fejer(n), n - 1),
+            (Rule::clenshaw_curtis(n.max(2)), n.max(2) - 1),
+        ] {
+            let rule = rule.unwrap();
+            for k in 0..=exact {
+                let sum: f64 = rule
+                    .nodes
+                    .iter()
+                    .zip(&rule.weights)
+                    .map(|(x, w)| w * x.powi(k as i32))
+                    .sum();
+                let truth = if k % 2 == 0 {
+                    2.0 / (k + 1) as f64
+                } else {
+                    0.0
+                };
+                assert!(
+                    (sum - truth).abs() < 4e-15,
+                    "n {n} degree {k}: {sum} for {truth}"
+                );
+            }
+            for (x, s) in rule.nodes.iter().zip(&rule.sines) {
+                assert!((x * x + s * s - 1.0).abs() < 4e-16);
+            }
+        }
+    }
+}
+
+#[test]
+fn round_trip_on_every_grid() {
+    for (grid, name) in [
+        (Grid::gauss_legendre(32, 64), "Gauss"),
+        (Grid::gauss_legendre(33, 67), "Gauss, odd"),
+        (Grid::clenshaw_curtis(65, 64), "Clenshaw–Curtis"),
+        (Grid::fejer(64, 65), "Fejér"),
+        (Grid::lat_long(64, 128), "lat-long"),
+    ] {
+        let grid = grid.unwrap();
+        for orders in [grid.max_degree(), 5] {
+            let transform = Transform::with_orders(&grid, grid.max_degree(), orders).unwrap();
+            let f = random(transform.degree(), orders, 1);
+            let map = transform.synthesise(&f).unwrap();
+            let back = transform.analyse(&map).unwrap();
+            let error = largest_difference(f.as_slice(), back.as_slice());
+            assert!(error < 4e-14, "{name}: {error:e}");
+            // A scattered sum agrees with the map, so φ runs as the grid says.
+            for (ring, column) in [(0, 0), (3, 7), (grid.rings() - 2, grid.columns() - 1)] {
+                let value = evaluate(&f, grid.direction(ring, column)).unwrap();
+                let at = map[ring * grid.columns() + column];
+                assert!((value - at).abs() < 1e-12, "{name}: {value} for {at}");
+                let phi = grid.azimuth(column);
+                let d = grid.direction(ring, column);
+                assert!((phi.cos() * d.y - phi.sin() * d.x).abs() < 1e-14);
+            }
+        }
+        assert!(Transform::new(&grid, grid.max_degree() + 1).is_err());
+    }
+}
+
+#[test]
+fn values_are_the_closed_forms() {
+    let d = DVec3::new(0.48, 0.64, 0.6);
+    let mut y = [0.0; 9];
+    evaluate_all(d, 2, &mut y).unwrap();
+    let pi = std::f64::consts::PI;
+    let c1 = (0.75 / pi).sqrt();
+    let c2 = (15.0 / pi).sqrt() / 2.0;
+    let truth = [
+        (0.25 / pi).sqrt(),
+        c1 * d.z,
+        (5.0 / pi).sqrt() / 4.0 * (3.0 * d.z * d.z - 1.0),
+        c1 * d.x,
+        c2 * d.x * d.z,
+        c1 * d.y,
+        c2 * d.y * d.z,
+        c2 / 2.0 * (d.x * d.x - d.y * d.y),
+        c2 * d.x * d.y,
+    ];
+    assert!(largest_difference(&y, &truth) < 2e-16);
+}
+
+#[test]
+fn parseval_and_power() {
+    let grid = Grid::gauss_legendre(40, 80).unwrap();
+    let transform = Transform::new(&grid, 39).unwrap();
+    let f = random(39, 39, 2);
+    let map = transform.synthesise(&f).unwrap();
+    let integral: f64 = map
+        .chunks(80)
+        .enumerate()
+        .map(|(ring, row)| grid.ring_weight(ring) * row.iter().map(|v| v * v).sum::<f64>())
+        .sum();
+    let power: f64 = average_power(&f)
+        .iter()
+        .enumerate()
+        .map(|(l, p)| p * (2 * l + 1) as f64)
+        .sum();
+    assert!((integral / f.energy() - 1.0).abs() < 1e-13);
+    assert!((power / f.energy() - 1.0).abs() < 1e-14);
+}
