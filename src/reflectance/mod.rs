@@ -1,1 +1,13 @@
-//! To come.
+//! Ward's reflectance and Lambert's, in space and in frequency, and the materials made of them.
+//!
+//! Directions are in the surface's frame: the normal is +z, every direction is a unit vector that points
+//! away from the surface. The reference text is `docs/ward.md`.
+
+mod gauss;
+pub mod lambert;
+mod material;
+mod slope;
+mod ward;
+
+pub use material::{Material, Roughness, presets, presets_as_albedos};
+pub use ward::{HORIZON, MIN_SIGMA, Sample, Variant, Ward};
