@@ -1,12 +1,12 @@
 //! Lambert's reflectance in frequency.
 //!
 //! The kernel is the clamped cosine, so that `B_lm = A_l L_lm` is the irradiance of the light `L_lm`, and the radiance
-//! of a surface of albedo ρ_d is that times ρ_d / π.
+//! of a surface of albedo `ρ_d` is that times `ρ_d` / π.
 
 use std::f64::consts::PI;
 
 /// `A_l = Λ_l ρ̂_l`, the factor by which the degree l of the light appears in the irradiance:
-/// ∫ max(cos θ, 0) P_l(cos θ) dω.
+/// ∫ max(cos θ, 0) `P_l(cos` θ) dω.
 ///
 /// `A_0 = π`, `A_1 = 2π/3`, `A_2 = π/4`, `A_{l+2} = −A_l (l − 1)/(l + 4)`, and 0 for every odd l > 1 (Basri and Jacobs
 /// 2003, [doi:10.1109/TPAMI.2003.1177153](https://doi.org/10.1109/TPAMI.2003.1177153); Ramamoorthi and Hanrahan 2001,
@@ -53,7 +53,7 @@ pub fn transfers(max_degree: usize) -> Vec<f64> {
     values
 }
 
-/// `ρ̂_l = A_l / Λ_l`, the zonal harmonic coefficient of the clamped cosine, Λ_l = √(4π/(2l+1)).
+/// `ρ̂_l = A_l / Λ_l`, the zonal harmonic coefficient of the clamped cosine, `Λ_l` = √(4π/(2l+1)).
 ///
 /// `ρ̂_0 = √π/2`, `ρ̂_1 = √(π/3)`.
 ///

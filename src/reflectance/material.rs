@@ -6,7 +6,7 @@ use crate::{Error, Result};
 /// How rough the specular part is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Roughness {
-    /// The limit σ = 0: all of ρ_s goes to the mirror direction. It has no lobe that could be evaluated.
+    /// The limit σ = 0: all of `ρ_s` goes to the mirror direction. It has no lobe that could be evaluated.
     Mirror,
     /// Ward's σ, in [[`MIN_SIGMA`], 1].
     Rough(f64),
@@ -40,9 +40,9 @@ impl Roughness {
     }
 }
 
-/// A surface: albedos ρ_d and ρ_s for three linear channels, and a roughness.
+/// A surface: albedos `ρ_d` and `ρ_s` for three linear channels, and a roughness.
 ///
-/// A matte material has ρ_s = 0 in every channel; its roughness then has no meaning.
+/// A matte material has `ρ_s` = 0 in every channel; its roughness then has no meaning.
 ///
 /// ```
 /// use lobes::reflectance::{Material, Roughness};
@@ -60,7 +60,7 @@ pub struct Material {
 }
 
 impl Material {
-    /// Radiance's `plastic`: ρ_d = R(1 − S), ρ_s = S in every channel.
+    /// Radiance's `plastic`: `ρ_d` = R(1 − S), `ρ_s` = S in every channel.
     ///
     /// # Errors
     /// [`Error::Domain`] if a reflectance R or the specularity S is not in [0, 1], or σ is neither 0 nor in
@@ -80,7 +80,7 @@ impl Material {
         })
     }
 
-    /// Radiance's `metal`: ρ_d = R(1 − S), ρ_s = R·S: the highlight takes the metal's colour.
+    /// Radiance's `metal`: `ρ_d` = R(1 − S), `ρ_s` = R·S: the highlight takes the metal's colour.
     ///
     /// # Errors
     /// As [`plastic`](Self::plastic).
@@ -99,7 +99,7 @@ impl Material {
         })
     }
 
-    /// A material of given albedos that does not gain energy: ρ_d + ρ_s ≤ 1 in every channel.
+    /// A material of given albedos that does not gain energy: `ρ_d` + `ρ_s` ≤ 1 in every channel.
     ///
     /// # Errors
     /// [`Error::Domain`] if an albedo is not in [0, 1] or a channel's sum exceeds 1, or σ is neither 0 nor in
@@ -166,12 +166,12 @@ impl Material {
         &self.name
     }
 
-    /// ρ_d of each channel.
+    /// `ρ_d` of each channel.
     pub fn diffuse(&self) -> [f64; 3] {
         self.diffuse
     }
 
-    /// ρ_s of each channel.
+    /// `ρ_s` of each channel.
     pub fn specular(&self) -> [f64; 3] {
         self.specular
     }
@@ -181,7 +181,7 @@ impl Material {
         self.roughness
     }
 
-    /// ρ_d + ρ_s of each channel: above 1 the material gains energy (the lobe's own albedo apart).
+    /// `ρ_d` + `ρ_s` of each channel: above 1 the material gains energy (the lobe's own albedo apart).
     pub fn gain(&self) -> [f64; 3] {
         std::array::from_fn(|channel| self.diffuse[channel] + self.specular[channel])
     }
@@ -191,7 +191,7 @@ impl Material {
         self.specular == [0.0; 3]
     }
 
-    /// The specular lobe at ρ_s = 1; none for a matte material or a mirror.
+    /// The specular lobe at `ρ_s` = 1; none for a matte material or a mirror.
     pub fn lobe(&self, variant: Variant) -> Option<Ward> {
         match self.roughness {
             Roughness::Rough(sigma) if !self.is_matte() => Ward::isotropic(variant, sigma).ok(),
@@ -250,7 +250,7 @@ pub fn presets() -> Vec<Material> {
         .collect()
 }
 
-/// The eight materials with R and S taken as ρ_d and ρ_s, the other reading of the paper's table.
+/// The eight materials with R and S taken as `ρ_d` and `ρ_s`, the other reading of the paper's table.
 ///
 /// Silver (1.7), copper (1.85 in red) and chrome (2) then gain energy.
 ///

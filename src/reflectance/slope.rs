@@ -23,7 +23,7 @@ pub(super) struct Node {
     pub y: f64,
     /// Quadrature weight, with the Gaussian in it: over the whole plane the weights sum to 1.
     pub weight: f64,
-    /// c_i / c_v.
+    /// `c_i` / `c_v`.
     pub cosine_ratio: f64,
 }
 
