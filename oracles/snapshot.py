@@ -33,6 +33,20 @@ def high_and_low(value):
     return [high, float(value - high)]
 
 
+def uniform(seed, count):
+    """Numbers in [-1, 1) that a contract makes again from the seed: SplitMix64, the top 53 bits of each output."""
+    mask = (1 << 64) - 1
+    numbers = []
+    for _ in range(count):
+        seed = (seed + 0x9E3779B97F4A7C15) & mask
+        z = seed
+        z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
+        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & mask
+        z ^= z >> 31
+        numbers.append((z >> 11) * 2.0**-52 - 1.0)
+    return numbers
+
+
 def skip(why):
     """Ends the script where its oracle cannot run on this machine; the old snapshot stays."""
     print(f"skipped: {why}")
