@@ -54,7 +54,7 @@ for seed, (grid, rings, columns, degree) in enumerate([("gauss-legendre", 256, 5
     shown = [0, 1, rings // 4, rings // 2, rings - 1]
     snapshot.case(
         "synthesis-high", grid=grid, rings=rings, columns=columns, degree=degree, seed=seed,
-        shown=shown, map=field[shown, ::4], rms=np.sqrt(np.mean(np.array(uniform(seed, (degree + 1) ** 2)) ** 2) * (degree + 1) ** 2 / (4 * np.pi)),
+        shown=shown, map=field[shown, ::4],
     )  # fmt: skip
 
 DEGREE = 48

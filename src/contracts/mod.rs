@@ -5,12 +5,15 @@
 //! command `lobes accuracy` prints what it measured, and `ACCURACY.md` is that print-out. The
 //! oracles ran long ago: their answers lie in [`Snapshots`], so neither needs Python.
 
+mod generator;
 mod measurement;
 mod metric;
 mod snapshots;
 mod table;
 
+mod basis;
 mod sphere;
+mod transform;
 
 pub use measurement::{Measurement, Tally};
 pub use metric::Metric;
@@ -103,5 +106,10 @@ impl Contract {
 
 /// Every contract, by subject.
 pub fn contracts() -> Vec<Contract> {
-    [sphere::contracts()].concat()
+    [
+        sphere::contracts(),
+        basis::contracts(),
+        transform::contracts(),
+    ]
+    .concat()
 }
