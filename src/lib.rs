@@ -13,6 +13,9 @@ pub mod harmonics;
 
 pub mod reflectance;
 
+#[cfg(feature = "files")]
+pub mod files;
+
 pub mod illumination;
 
 pub mod reflection;

@@ -1,1 +1,9 @@
-//! To come.
+//! Illumination: environment maps, their files and their spectra.
+
+#[cfg(feature = "builtin")]
+mod builtin;
+mod map;
+
+#[cfg(feature = "builtin")]
+pub use builtin::builtin;
+pub use map::{EnvironmentMap, Luminance};

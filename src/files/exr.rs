@@ -1,0 +1,155 @@
+//! OpenEXR, through the crate `exr`.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use ::exr::prelude::*;
+
+use super::{Picture, Problem, check_size};
+use crate::{Error, Result};
+
+/// The first bytes of every file of the format.
+pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+fn problem(error: ::exr::error::Error) -> Problem {
+    match error {
+        ::exr::error::Error::NotSupported(what) => Problem::new(
+            format!("the file uses a part of OpenEXR that is not read here ({what})"),
+            "store it again with ZIP or PIZ compression",
+        ),
+        ::exr::error::Error::Io(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
+            Problem::truncated()
+        }
+        other => Problem::corrupt(other),
+    }
+}
+
+/// The name of a compression that the crate cannot read, by the byte that stands for it.
+fn unread(compression: Compression) -> Option<&'static str> {
+    match compression {
+        Compression::HTJ2K256 => Some("HTJ2K256"),
+        Compression::HTJ2K32 => Some("HTJ2K32"),
+        _ => None,
+    }
+}
+
+/// The colour of the first layer that has red, green and blue, or luminance alone.
+pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(problem)?;
+    for header in &meta.headers {
+        check_size(header.layer_size.width(), header.layer_size.height())?;
+        if let Some(name) = unread(header.compression) {
+            return Err(Problem::new(
+                format!("the file uses {name} compression, which is not read here"),
+                "store it again with ZIP or PIZ compression",
+            ));
+        }
+    }
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(problem)?;
+    let layer = &image.layer_data;
+    let find = |name: &str| {
+        layer
+            .channel_data
+            .list
+            .iter()
+            .find(|channel| channel.name.eq(name))
+    };
+    let channels = match (find("R"), find("G"), find("B"), find("Y")) {
+        (Some(red), Some(green), Some(blue), _) => [red, green, blue],
+        (None, None, None, Some(luminance)) => [luminance; 3],
+        _ => {
+            return Err(Problem::new(
+                "the first layer has neither the channels R, G and B nor Y alone",
+                "store it again as RGB",
+            ));
+        }
+    };
+    let count = layer.size.width() * layer.size.height();
+    if channels
+        .iter()
+        .any(|channel| channel.sample_data.len() != count)
+    {
+        return Err(Problem::new(
+            "the file subsamples its channels, which is not read here",
+            "store it again as RGB",
+        ));
+    }
+    Ok(Picture {
+        width: layer.size.width(),
+        height: layer.size.height(),
+        pixels: (0..count)
+            .map(|index| {
+                channels.map(|channel| {
+                    f64::from(channel.sample_data.value_by_flat_index(index).to_f32())
+                })
+            })
+            .collect(),
+    })
+}
+
+/// How a value is stored in an OpenEXR file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// 16 bits: 11 significant bits, up to 65 504.
+    Half,
+    /// 32 bits.
+    Single,
+}
+
+/// Writes a picture as OpenEXR, RGB in scan lines, losslessly compressed (ZIP) at the given precision.
+///
+/// # Errors
+///
+/// [`Error::Length`] when there are not `width · height` pixels; [`Error::File`] when the file cannot be
+/// written.
+pub fn write_exr(path: &Path, picture: &Picture, precision: Precision) -> Result<()> {
+    crate::error::check_length(
+        "the picture",
+        picture.width * picture.height,
+        picture.pixels.len(),
+    )?;
+    let samples = |channel: usize| {
+        let values = picture.pixels.iter().map(|pixel| pixel[channel]);
+        match precision {
+            Precision::Half => FlatSamples::F16(values.map(f16::from_f64).collect()),
+            Precision::Single => FlatSamples::F32(values.map(|value| value as f32).collect()),
+        }
+    };
+    let channels = AnyChannels::sort(
+        [("R", 0), ("G", 1), ("B", 2)]
+            .into_iter()
+            .map(|(name, channel)| AnyChannel::new(name, samples(channel)))
+            .collect(),
+    );
+    let layer = Layer::new(
+        Vec2(picture.width, picture.height),
+        LayerAttributes::default(),
+        Encoding {
+            compression: Compression::ZIP16,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        },
+        channels,
+    );
+    let mut bytes = Vec::new();
+    Image::from_layer(layer)
+        .write()
+        .non_parallel()
+        .to_buffered(Cursor::new(&mut bytes))
+        .map_err(|error| problem(error).in_file(path))?;
+    std::fs::write(path, bytes).map_err(|error| {
+        Error::file(
+            path,
+            format!("the file cannot be written: {error}"),
+            "give a place that can be written",
+        )
+    })
+}
