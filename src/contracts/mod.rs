@@ -12,6 +12,7 @@ mod snapshots;
 mod table;
 
 mod basis;
+mod colorimetry;
 mod sphere;
 mod transform;
 
@@ -110,6 +111,7 @@ pub fn contracts() -> Vec<Contract> {
         sphere::contracts(),
         basis::contracts(),
         transform::contracts(),
+        colorimetry::contracts(),
     ]
     .concat()
 }
