@@ -13,6 +13,7 @@ mod table;
 
 mod basis;
 mod colorimetry;
+mod map;
 mod sphere;
 mod transform;
 
@@ -112,6 +113,7 @@ pub fn contracts() -> Vec<Contract> {
         basis::contracts(),
         transform::contracts(),
         colorimetry::contracts(),
+        map::contracts(),
     ]
     .concat()
 }
