@@ -1,4 +1,4 @@
-//! Environment maps between their pixels, against SciPy's interpolator.
+//! Environment maps between their pixels, against an interpolator of `scipy`.
 
 use std::f64::consts::PI;
 
