@@ -12,6 +12,7 @@ mod snapshots;
 mod table;
 
 mod basis;
+mod beckmann;
 mod colorimetry;
 mod map;
 mod sphere;
@@ -112,6 +113,7 @@ pub fn contracts() -> Vec<Contract> {
         sphere::contracts(),
         basis::contracts(),
         transform::contracts(),
+        beckmann::contracts(),
         colorimetry::contracts(),
         map::contracts(),
     ]
