@@ -15,6 +15,7 @@ mod basis;
 mod beckmann;
 mod colorimetry;
 mod map;
+mod radiance;
 mod sphere;
 mod transform;
 
@@ -116,6 +117,7 @@ pub fn contracts() -> Vec<Contract> {
         beckmann::contracts(),
         colorimetry::contracts(),
         map::contracts(),
+        radiance::contracts(),
     ]
     .concat()
 }
