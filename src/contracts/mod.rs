@@ -16,6 +16,7 @@ mod beckmann;
 mod colorimetry;
 mod map;
 mod radiance;
+mod spectrum;
 mod sphere;
 mod transform;
 
@@ -118,6 +119,7 @@ pub fn contracts() -> Vec<Contract> {
         colorimetry::contracts(),
         map::contracts(),
         radiance::contracts(),
+        spectrum::contracts(),
     ]
     .concat()
 }
