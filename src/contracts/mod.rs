@@ -15,8 +15,6 @@ mod basis;
 mod beckmann;
 mod colorimetry;
 mod map;
-mod radiance;
-mod spectrum;
 mod sphere;
 mod transform;
 
@@ -118,8 +116,6 @@ pub fn contracts() -> Vec<Contract> {
         beckmann::contracts(),
         colorimetry::contracts(),
         map::contracts(),
-        radiance::contracts(),
-        spectrum::contracts(),
     ]
     .concat()
 }

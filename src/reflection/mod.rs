@@ -1,1 +1,18 @@
-//! To come.
+//! The reflection equation: what a sphere looks like under an illumination.
+
+#![expect(
+    clippy::doc_markdown,
+    reason = "the formulas are plain text, with subscripts"
+)]
+
+mod camera;
+mod cells;
+mod image;
+mod irradiance;
+mod kernel;
+mod pyramid;
+mod renderer;
+
+pub use camera::{Camera, Sight};
+pub use image::SphereImage;
+pub use renderer::{Renderer, Rendering, Settings};

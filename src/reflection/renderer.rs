@@ -1,0 +1,311 @@
+//! The renderer: a map prepared once, and from it any material under any camera.
+
+use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
+
+use fearless_simd::{Level as SimdLevel, dispatch, prelude::*};
+use glam::DVec3;
+
+use super::cells::Cells;
+use super::image::check_size;
+use super::irradiance::IrradianceTree;
+use super::kernel::{LobeAt, factor, to_map};
+use super::pyramid::{Cap, Pyramid};
+use super::{Camera, Sight, SphereImage};
+use crate::illumination::EnvironmentMap;
+use crate::reflectance::{Material, Variant, Ward};
+use crate::{Error, Parallelism, Result};
+
+/// What a rendering is to be like.
+///
+/// **What the tolerance means.** The error of a pixel is the largest difference of its channels from the exact integral, over
+/// the mean of its channels or, if that is larger, over a hundredth of the picture's mean. The error of a picture is what one
+/// pixel in a thousand passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Pixels a side.
+    pub size: usize,
+    /// The largest error, from 10⁻⁶ to 0.1.
+    pub tolerance: f64,
+    /// 1 for what the pixels' centres see; n for the mean over n × n points of each pixel, those that miss the sphere
+    /// left out.
+    pub pixel_samples: usize,
+}
+
+impl Default for Settings {
+    /// 128 pixels, 10⁻³, centres.
+    fn default() -> Self {
+        Self {
+            size: 128,
+            tolerance: 1e-3,
+            pixel_samples: 1,
+        }
+    }
+}
+
+/// A picture and how wrong it may be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rendering {
+    /// The picture.
+    pub image: SphereImage,
+    /// The error of the picture, estimated, in the sense of [`Settings`].
+    pub error: f64,
+}
+
+/// A map prepared for rendering.
+#[derive(Debug)]
+pub struct Renderer {
+    map: EnvironmentMap,
+    pyramid: Pyramid,
+    cells: Cells,
+    irradiance: IrradianceTree,
+    simd: SimdLevel,
+}
+
+/// How finely a lobe is sampled.
+#[derive(Debug, Clone, Copy)]
+struct Effort {
+    /// Grid steps to the standard deviation of the lobe's narrow side.
+    steps: f64,
+    /// Where the lobe is cut off: t²/σ².
+    reach: f64,
+    /// The size of a part of a cell over that standard deviation.
+    part: f64,
+}
+
+impl Effort {
+    fn for_tolerance(tolerance: f64) -> Self {
+        let digits = -tolerance.log10();
+        Self {
+            steps: 0.7 + 0.45 * digits,
+            reach: (digits + 4.0) * std::f64::consts::LN_10,
+            part: 2.9 - 0.4 * digits,
+        }
+    }
+}
+
+impl Renderer {
+    /// Prepares a map.
+    ///
+    /// # Errors
+    /// [`Error::Unanswerable`] if the map's height is above 4096, which the tables are not made for.
+    pub fn new(map: &EnvironmentMap, parallelism: Parallelism) -> Result<Self> {
+        if map.height() > 4096 {
+            return Err(Error::Unanswerable(format!(
+                "the map {:?} has {} rows, and the renderer takes up to 4096; halve it first",
+                map.name(),
+                map.height()
+            )));
+        }
+        let simd = SimdLevel::new();
+        Ok(Self {
+            map: map.clone(),
+            pyramid: Pyramid::new(map, simd, parallelism),
+            cells: Cells::new(map),
+            irradiance: IrradianceTree::new(map),
+            simd,
+        })
+    }
+
+    /// The map.
+    pub fn map(&self) -> &EnvironmentMap {
+        &self.map
+    }
+
+    /// A picture of a sphere.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] if a setting is outside its domain; [`Error::Tolerance`] if the estimated error is above the
+    /// tolerance.
+    pub fn render(
+        &self,
+        material: &Material,
+        variant: Variant,
+        camera: &Camera,
+        settings: &Settings,
+        parallelism: Parallelism,
+    ) -> Result<Rendering> {
+        check_size(settings.size)?;
+        check_tolerance(settings.tolerance)?;
+        if !(1..=64).contains(&settings.pixel_samples) {
+            return Err(Error::Domain {
+                what: "the number of samples a side of a pixel",
+                value: settings.pixel_samples as f64,
+                allowed: "from 1 to 64",
+            });
+        }
+        let (size, samples) = (settings.size, settings.pixel_samples);
+        let mut sights = Vec::new();
+        // Where each pixel's sights end.
+        let mut ends = Vec::with_capacity(size * size);
+        for row in 0..size {
+            for column in 0..size {
+                if samples == 1 {
+                    sights.extend(camera.pixel(size, row, column));
+                } else if camera.pixel(size, row, column).is_some() {
+                    let fine = size * samples;
+                    for index in 0..samples * samples {
+                        sights.extend(camera.pixel(
+                            fine,
+                            row * samples + index / samples,
+                            column * samples + index % samples,
+                        ));
+                    }
+                }
+                ends.push(sights.len());
+            }
+        }
+        let (values, error) =
+            self.radiance(material, variant, &sights, settings.tolerance, parallelism)?;
+        let mut start = 0;
+        let pixels = ends
+            .into_iter()
+            .map(|end| {
+                let values = &values[start..end];
+                start = end;
+                let mut sum = [0.0; 3];
+                for value in values {
+                    for channel in 0..3 {
+                        sum[channel] += value[channel];
+                    }
+                }
+                sum.map(|sum| sum / values.len() as f64)
+            })
+            .collect();
+        Ok(Rendering {
+            image: SphereImage::new(*camera, size, pixels)?,
+            error,
+        })
+    }
+
+    /// The radiance that each sight sees, and the error of the list, estimated, in the sense of [`Settings`].
+    ///
+    /// # Errors
+    /// As [`render`](Self::render), and [`Error::Domain`] if a normal or a view is not of unit length. A view below the
+    /// horizon sees black.
+    pub fn radiance(
+        &self,
+        material: &Material,
+        variant: Variant,
+        sights: &[Sight],
+        tolerance: f64,
+        parallelism: Parallelism,
+    ) -> Result<(Vec<[f64; 3]>, f64)> {
+        check_tolerance(tolerance)?;
+        for sight in sights {
+            check_unit(sight.normal)?;
+            check_unit(sight.view)?;
+        }
+        let effort = Effort::for_tolerance(tolerance);
+        const BLOCK: usize = 256;
+        let blocks = parallelism.map(sights.len().div_ceil(BLOCK), |block| {
+            let sights = &sights[block * BLOCK..((block + 1) * BLOCK).min(sights.len())];
+            dispatch!(self.simd, simd => self.block(simd, material, variant, sights, tolerance, effort))
+        });
+        let values: Vec<[f64; 3]> = blocks.concat();
+        let exact = material.lobe(variant).is_none() && material.diffuse() == [0.0; 3];
+        Ok((values, if exact { 0.0 } else { tolerance }))
+    }
+
+    #[inline(always)]
+    fn block<S: Simd>(
+        &self,
+        simd: S,
+        material: &Material,
+        variant: Variant,
+        sights: &[Sight],
+        tolerance: f64,
+        effort: Effort,
+    ) -> Vec<[f64; 3]> {
+        let (diffuse, specular) = (material.diffuse(), material.specular());
+        let lobe = material.lobe(variant);
+        let mut values = Vec::with_capacity(sights.len());
+        // A loop, not an iterator: what is inside must be compiled for the instructions of `simd`, and a closure is not.
+        for sight in sights {
+            let cosine = sight.normal.dot(sight.view);
+            let mut sum = [0.0; 3];
+            if cosine > 0.0 {
+                if diffuse != [0.0; 3] {
+                    let (irradiance, _) = self.irradiance.irradiance(sight.normal, tolerance);
+                    for channel in 0..3 {
+                        sum[channel] += diffuse[channel] / PI * irradiance[channel];
+                    }
+                }
+                if specular != [0.0; 3] {
+                    let light = match &lobe {
+                        Some(lobe) => self.lobe(simd, lobe, sight, cosine, effort),
+                        None => self.map.radiance(2.0 * cosine * sight.normal - sight.view),
+                    };
+                    for channel in 0..3 {
+                        sum[channel] += specular[channel] * light[channel];
+                    }
+                }
+            }
+            values.push(sum);
+        }
+        values
+    }
+
+    /// ∫ f c_i L dω of a lobe at ρ_s = 1.
+    #[inline(always)]
+    fn lobe<S: Simd>(
+        &self,
+        simd: S,
+        ward: &Ward,
+        sight: &Sight,
+        cosine: f64,
+        effort: Effort,
+    ) -> [f64; 3] {
+        let sigma = ward.sigma()[0];
+        let share = match ward.variant() {
+            Variant::RadianceSampled => ward.share_above_horizon(cosine),
+            _ => 1.0,
+        };
+        let lobe = LobeAt {
+            variant: ward.variant(),
+            normal: to_map(sight.normal),
+            view: to_map(sight.view),
+            cosine,
+            sharpness: 1.0 / (sigma * sigma),
+            scale: factor(ward.variant(), cosine, share) / (4.0 * PI * sigma * sigma),
+        };
+        let reach = (sigma * effort.reach.sqrt()).atan();
+        let mirror = to_map(2.0 * cosine * sight.normal - sight.view);
+        let cap = Cap::new(mirror, 2.0 * reach);
+        // h·v, by which the lobe is narrower across the plane of incidence than along it.
+        let tilt = cosine.min(1.0).acos() + 1.5 * sigma.atan();
+        let narrow = SQRT_2 * sigma.atan() * tilt.min(FRAC_PI_2).cos().max(0.5 * cosine);
+        match self.pyramid.level(narrow / effort.steps) {
+            Some(level) => self.pyramid.integrate(simd, level, &lobe, &cap),
+            None => {
+                let doublings = self.cells.doublings(narrow * effort.part);
+                self.cells
+                    .integrate(simd, doublings.unwrap_or(12), &lobe, &cap)
+            }
+        }
+    }
+}
+
+fn check_tolerance(tolerance: f64) -> Result<()> {
+    if (1e-6..=0.1).contains(&tolerance) {
+        Ok(())
+    } else {
+        Err(Error::Domain {
+            what: "the tolerance of a rendering",
+            value: tolerance,
+            allowed: "from 1e-6 to 0.1",
+        })
+    }
+}
+
+fn check_unit(direction: DVec3) -> Result<()> {
+    let square = direction.length_squared();
+    if (square - 1.0).abs() <= 1e-6 {
+        Ok(())
+    } else {
+        Err(Error::Domain {
+            what: "the squared length of a normal or a view",
+            value: square,
+            allowed: "1 within 1e-6",
+        })
+    }
+}
