@@ -1,6 +1,8 @@
 //! The inputs that a snapshot names by a seed: the same numbers as `uniform` of `oracles/snapshot.py`.
 
+use crate::Result;
 use crate::harmonics::Coefficients;
+use crate::illumination::EnvironmentMap;
 
 /// Numbers in [−1, 1): `SplitMix64` (Steele, Lea and Flood 2014, <https://doi.org/10.1145/2660193.2660195>),
 /// the top 53 bits of each output.
@@ -38,4 +40,13 @@ pub(super) fn coefficients(degree: usize, values: &[f64]) -> Coefficients {
 /// Coefficients from a seed.
 pub(super) fn noise(degree: usize, seed: u64) -> Coefficients {
     coefficients(degree, &uniform(seed, (degree + 1).pow(2)))
+}
+
+/// A map from a seed: one more than each number, red, green and blue in turn.
+pub(super) fn noisy_map(height: usize, width: usize, seed: u64) -> Result<EnvironmentMap> {
+    let pixels = uniform(seed, 3 * height * width)
+        .chunks_exact(3)
+        .map(|rgb| [rgb[0] + 1.0, rgb[1] + 1.0, rgb[2] + 1.0])
+        .collect();
+    EnvironmentMap::new("noise", width, height, pixels)
 }

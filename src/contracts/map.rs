@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use serde::Deserialize;
 
-use super::generator::uniform;
+use super::generator::noisy_map;
 use super::{Contract, Metric, Oracle, Snapshots, Tally};
 use crate::Result;
 use crate::illumination::EnvironmentMap;
@@ -70,11 +70,7 @@ struct Shape {
 
 impl Shape {
     fn map(&self) -> Result<EnvironmentMap> {
-        let pixels = uniform(self.seed, 3 * self.height * self.width)
-            .chunks_exact(3)
-            .map(|rgb| [rgb[0] + 1.0, rgb[1] + 1.0, rgb[2] + 1.0])
-            .collect();
-        EnvironmentMap::new("noise", self.width, self.height, pixels)
+        noisy_map(self.height, self.width, self.seed)
     }
 }
 

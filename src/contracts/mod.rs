@@ -15,6 +15,8 @@ mod basis;
 mod beckmann;
 mod colorimetry;
 mod map;
+mod radiance;
+mod spectrum;
 mod sphere;
 mod transform;
 
@@ -116,6 +118,8 @@ pub fn contracts() -> Vec<Contract> {
         beckmann::contracts(),
         colorimetry::contracts(),
         map::contracts(),
+        radiance::contracts(),
+        spectrum::contracts(),
     ]
     .concat()
 }

@@ -12,10 +12,14 @@
 )]
 
 mod coefficients;
+mod kernel;
 pub mod legendre;
 mod point;
+mod recurrence;
+mod ring_fft;
 mod spectrum;
 mod transform;
+mod work;
 
 pub use coefficients::{Coefficients, coefficient_count};
 pub use point::{evaluate, evaluate_all};

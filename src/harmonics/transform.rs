@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
-use num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f64x8};
 
 use super::coefficients::{Coefficients, coefficient_count, column_start};
-use super::legendre;
+use super::kernel::{self, Quad};
+use super::recurrence::{LANES, Lanes, Recurrence};
+use super::ring_fft::{Element, RingFft, transpose};
+use super::work::{Slots, over_chunks, over_octets, over_orders};
 use crate::error::{check_finite, check_length};
 use crate::sphere::Grid;
 use crate::{Error, Parallelism, Result};
@@ -36,10 +39,15 @@ struct Plan {
     grid: Grid,
     degree: usize,
     orders: usize,
-    forward: Arc<dyn RealToComplex<f64>>,
-    inverse: Arc<dyn ComplexToReal<f64>>,
-    /// e^(i m φ₀) for each order.
-    phases: Vec<Complex64>,
+    level: Level,
+    recurrence: Recurrence,
+    fft: RingFft,
+    /// e^(i m φ₀) for each order, halved for m > 0.
+    phases: Vec<[f64; 2]>,
+    /// The quadrature weights of each octet's rings, in steradians a point.
+    weights: Vec<Lanes>,
+    /// How many threads the scratch serves.
+    workers: usize,
 }
 
 impl Transform {
@@ -71,15 +79,36 @@ impl Transform {
                 });
             }
         }
-        let mut planner = RealFftPlanner::<f64>::new();
+        let level = Level::new();
+        let recurrence = Recurrence::new(grid, degree, orders, level);
+        let pairs = grid.rings().div_ceil(2);
+        let weights = (0..recurrence.octets.len())
+            .map(|octet| {
+                std::array::from_fn(|lane| {
+                    let ring = octet * LANES + lane;
+                    if ring < pairs {
+                        grid.ring_weight(ring)
+                    } else {
+                        0.0
+                    }
+                })
+            })
+            .collect();
         Ok(Self(Arc::new(Plan {
             degree,
             orders,
-            forward: planner.plan_fft_forward(grid.columns()),
-            inverse: planner.plan_fft_inverse(grid.columns()),
+            level,
+            recurrence,
+            fft: RingFft::new(grid.columns()),
             phases: (0..=orders)
-                .map(|m| Complex64::cis(m as f64 * grid.first_azimuth()))
+                .map(|m| {
+                    let (s, c) = (m as f64 * grid.first_azimuth()).sin_cos();
+                    let half = if m == 0 { 1.0 } else { 0.5 };
+                    [half * c, half * s]
+                })
                 .collect(),
+            weights,
+            workers: Parallelism::Rayon.threads(),
             grid: grid.clone(),
         })))
     }
@@ -107,7 +136,15 @@ impl Transform {
     /// How many values of scratch the `_into` functions need for a batch of so many maps.
     pub fn scratch_len(&self, batch: usize) -> usize {
         let plan = &*self.0;
-        batch * plan.grid.rings() * 2 * (plan.grid.columns() / 2 + 1)
+        let (group, concurrent) = plan.groups(batch);
+        let one = plan.group_scratch(group, plan.workers);
+        let several = concurrent * plan.group_scratch(group, 1);
+        LANES * one.max(several) + LANES - 1
+    }
+
+    /// How much memory the plan's tables take, in bytes.
+    pub fn table_bytes(&self) -> usize {
+        self.0.recurrence.bytes()
     }
 
     /// The map of a coefficient set, `rings × columns`.
@@ -164,46 +201,20 @@ impl Transform {
         parallelism: Parallelism,
     ) -> Result<()> {
         self.check_lengths(batch, coefficients.len(), maps.len(), scratch.len())?;
-        let _ = parallelism;
         let plan = &*self.0;
-        let (rings, columns) = (plan.grid.rings(), plan.grid.columns());
-        let mut column = vec![0.0; plan.degree + 1];
-        let mut row = vec![Complex64::ZERO; columns / 2 + 1];
-        let mut work = plan.inverse.make_scratch_vec();
-        for (set, map) in coefficients
-            .chunks_exact(self.coefficient_count())
-            .zip(maps.chunks_exact_mut(plan.grid.len()))
-        {
-            for ring in 0..rings {
-                row.fill(Complex64::ZERO);
-                for (m, row) in row[..=plan.orders].iter_mut().enumerate() {
-                    let count = plan.degree + 1 - m;
-                    let p = &mut column[..count];
-                    let (cos, sin) = (plan.grid.cosines()[ring], plan.grid.sines()[ring]);
-                    legendre::column(m, plan.degree, cos, sin, p)?;
-                    let start = column_start(plan.degree, m);
-                    let dot = |a: &[f64]| -> f64 { a.iter().zip(&*p).map(|(a, p)| a * p).sum() };
-                    let value = if m == 0 {
-                        Complex64::from(dot(&set[..count]))
-                    } else {
-                        0.5 * Complex64::new(
-                            dot(&set[start..start + count]),
-                            -dot(&set[start + count..start + 2 * count]),
-                        )
-                    };
-                    let value = value * plan.phases[m];
-                    *row = if plan.grid.is_descending() {
-                        value.conj()
-                    } else {
-                        value
-                    };
-                }
-                row[0].im = 0.0;
-                let out = &mut map[ring * columns..(ring + 1) * columns];
-                plan.inverse
-                    .process_with_scratch(&mut row, out, &mut work)
-                    .map_err(|e| Error::Unanswerable(e.to_string()))?;
-            }
+        let scratch = aligned(scratch);
+        let (group, concurrent) = plan.groups(batch);
+        if concurrent > 1 && parallelism.threads() > 1 {
+            let slots = Slots::new(scratch, plan.group_scratch(group, 1));
+            let count = self.coefficient_count();
+            over_chunks(parallelism, maps, group * plan.grid.len(), |i, maps| {
+                let maps_here = maps.len() / plan.grid.len();
+                let sets = &coefficients[i * group * count..][..maps_here * count];
+                slots
+                    .with(|slot| plan.synthesise(sets, maps, slot, group, Parallelism::Sequential));
+            });
+        } else {
+            plan.synthesise(coefficients, maps, scratch, group, parallelism);
         }
         Ok(())
     }
@@ -223,46 +234,19 @@ impl Transform {
     ) -> Result<()> {
         self.check_lengths(batch, coefficients.len(), maps.len(), scratch.len())?;
         check_finite("the map", maps)?;
-        let _ = parallelism;
         let plan = &*self.0;
-        let (rings, columns) = (plan.grid.rings(), plan.grid.columns());
-        let mut column = vec![0.0; plan.degree + 1];
-        let mut row = vec![Complex64::ZERO; columns / 2 + 1];
-        let mut samples = vec![0.0; columns];
-        let mut work = plan.forward.make_scratch_vec();
-        coefficients.fill(0.0);
-        for (set, map) in coefficients
-            .chunks_exact_mut(self.coefficient_count())
-            .zip(maps.chunks_exact(plan.grid.len()))
-        {
-            for ring in 0..rings {
-                samples.copy_from_slice(&map[ring * columns..(ring + 1) * columns]);
-                plan.forward
-                    .process_with_scratch(&mut samples, &mut row, &mut work)
-                    .map_err(|e| Error::Unanswerable(e.to_string()))?;
-                let weight = plan.grid.ring_weight(ring);
-                for (m, row) in row[..=plan.orders].iter().enumerate() {
-                    let count = plan.degree + 1 - m;
-                    let p = &mut column[..count];
-                    let (cos, sin) = (plan.grid.cosines()[ring], plan.grid.sines()[ring]);
-                    legendre::column(m, plan.degree, cos, sin, p)?;
-                    let value = if plan.grid.is_descending() {
-                        row.conj()
-                    } else {
-                        *row
-                    };
-                    let value = value * plan.phases[m].conj() * weight;
-                    let start = column_start(plan.degree, m);
-                    for (out, p) in set[start..start + count].iter_mut().zip(&*p) {
-                        *out += value.re * p;
-                    }
-                    if m > 0 {
-                        for (out, p) in set[start + count..start + 2 * count].iter_mut().zip(&*p) {
-                            *out -= value.im * p;
-                        }
-                    }
-                }
-            }
+        let scratch = aligned(scratch);
+        let (group, concurrent) = plan.groups(batch);
+        if concurrent > 1 && parallelism.threads() > 1 {
+            let slots = Slots::new(scratch, plan.group_scratch(group, 1));
+            let count = self.coefficient_count();
+            over_chunks(parallelism, coefficients, group * count, |i, sets| {
+                let maps_here = sets.len() / count;
+                let maps = &maps[i * group * plan.grid.len()..][..maps_here * plan.grid.len()];
+                slots.with(|slot| plan.analyse(maps, sets, slot, group, Parallelism::Sequential));
+            });
+        } else {
+            plan.analyse(maps, coefficients, scratch, group, parallelism);
         }
         Ok(())
     }
@@ -289,6 +273,394 @@ impl Transform {
             });
         }
         Ok(())
+    }
+}
+
+/// How many maps share a recurrence.
+const GROUP: usize = 3;
+
+/// Up to this degree a group is too little work to divide among threads, so groups are.
+const SMALL_DEGREE: usize = 512;
+
+/// The part of scratch that begins at a cache line, by lines.
+fn aligned(scratch: &mut [f64]) -> &mut [Lanes] {
+    let offset = scratch.as_ptr().align_offset(64).min(scratch.len());
+    scratch[offset..].as_chunks_mut().0
+}
+
+impl Plan {
+    /// How many maps go together, and how many such groups at once at most.
+    fn groups(&self, batch: usize) -> (usize, usize) {
+        let group = if batch < GROUP { 1 } else { GROUP };
+        if self.degree <= SMALL_DEGREE && batch >= 2 * GROUP {
+            (group, self.workers.min(batch.div_ceil(group)))
+        } else {
+            (group, 1)
+        }
+    }
+
+    /// Lines of the sums of one map between the two stages.
+    fn spectrum_len(&self) -> usize {
+        (self.orders + 1) * self.recurrence.octets.len() * 4
+    }
+
+    /// Lines that one thread works in.
+    fn worker_len(&self, group: usize) -> usize {
+        let rings = 2 * self.fft.work_len();
+        let sums = (self.degree / 2 + 1).div_ceil(2) * group;
+        let parts = self.recurrence.octets.len() * 4 * group;
+        rings.max(sums + parts)
+    }
+
+    fn group_scratch(&self, group: usize, workers: usize) -> usize {
+        group * self.spectrum_len() + workers * self.worker_len(group)
+    }
+
+    /// Synthesis group by group.
+    fn synthesise(
+        &self,
+        sets: &[f64],
+        maps: &mut [f64],
+        scratch: &mut [Lanes],
+        group: usize,
+        parallelism: Parallelism,
+    ) {
+        let (spectra, slots) = scratch.split_at_mut(group * self.spectrum_len());
+        let slots = Slots::new(slots, self.worker_len(group));
+        let count = coefficient_count(self.degree, self.orders);
+        let size = self.grid.len();
+        for (sets, maps) in sets
+            .chunks(GROUP * count)
+            .zip(maps.chunks_mut(GROUP * size))
+        {
+            if sets.len() == GROUP * count {
+                self.synthesise_group::<GROUP>(sets, maps, spectra, &slots, parallelism);
+            } else {
+                for (set, map) in sets.chunks_exact(count).zip(maps.chunks_exact_mut(size)) {
+                    self.synthesise_group::<1>(set, map, spectra, &slots, parallelism);
+                }
+            }
+        }
+    }
+
+    fn synthesise_group<const MAPS: usize>(
+        &self,
+        sets: &[f64],
+        maps: &mut [f64],
+        spectra: &mut [Lanes],
+        slots: &Slots,
+        parallelism: Parallelism,
+    ) {
+        let octets = self.recurrence.octets.len();
+        let spectra = &mut spectra.as_chunks_mut().0[..MAPS * (self.orders + 1) * octets];
+        // Order by order: coefficients to the cosine and sine sums of every ring, [m][map][octet].
+        over_chunks(parallelism, spectra, MAPS * octets, |m, out| {
+            slots.with(|slot| {
+                dispatch!(self.level, simd => self.synthesise_order::<_, MAPS>(simd, m, sets, out, slot));
+            });
+        });
+        // Sixteen rings after another: those sums to samples.
+        let spectra = &*spectra;
+        for (index, map) in maps.chunks_exact_mut(self.grid.len()).enumerate() {
+            over_octets(
+                parallelism,
+                map,
+                self.grid.columns(),
+                |octet, north, south| {
+                    let sums = &spectra[index * octets + octet..];
+                    slots.with(|slot| {
+                    dispatch!(self.level, simd => self.synthesise_rows(simd, sums, MAPS * octets, north, south, slot));
+                });
+                },
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn synthesise_order<S: Simd, const MAPS: usize>(
+        &self,
+        simd: S,
+        m: usize,
+        sets: &[f64],
+        out: &mut [Quad],
+        slot: &mut [Lanes],
+    ) {
+        let steps = self.recurrence.steps(m).len();
+        let sums = &mut slot.as_flattened_mut().as_chunks_mut::<4>().0[..MAPS * steps];
+        let set_len = sets.len() / MAPS;
+        let start = column_start(self.degree, m);
+        let count = self.degree + 1 - m;
+        for (map, set) in sets.chunks_exact(set_len).enumerate() {
+            let cosine = &set[start..start + count];
+            let sine = if m == 0 {
+                &[]
+            } else {
+                &set[start + count..start + 2 * count]
+            };
+            self.recurrence
+                .prepare(m, cosine, sine, &mut sums[map..], MAPS);
+        }
+        let octets = out.len() / MAPS;
+        let mut rest = out;
+        let mut out: [&mut [Quad]; MAPS] =
+            std::array::from_fn(|_| rest.split_off_mut(..octets).unwrap_or_default());
+        kernel::synthesise(simd, &self.recurrence, m, sums.as_chunks().0, &mut out);
+    }
+
+    /// Eight northern rows and their mirror images from their sums; `sums[m · stride]` is order m's.
+    #[inline(always)]
+    fn synthesise_rows<S: Simd>(
+        &self,
+        simd: S,
+        sums: &[Quad],
+        stride: usize,
+        north: &mut [f64],
+        south: &mut [f64],
+        slot: &mut [Lanes],
+    ) {
+        let columns = self.grid.columns();
+        let buffer: &mut [Element] = slot.as_chunks_mut().0;
+        let zero = [[0.0; LANES]; 2];
+        for k in self.orders + 1..columns - self.orders {
+            buffer[self.fft.position(k)] = zero;
+        }
+        let sign = f64x8::splat(simd, if self.grid.is_descending() { -1.0 } else { 1.0 });
+        for (m, (sums, phase)) in sums.iter().step_by(stride).zip(&self.phases).enumerate() {
+            let [nc, ns, sc, ss] = load_quad(simd, sums);
+            let (c, s) = (f64x8::splat(simd, phase[0]), f64x8::splat(simd, phase[1]));
+            // (cosine − i sine) e^(i m φ₀)/2
+            let (nr, ni) = (nc.mul_add(c, ns * s), sign * nc.mul_sub(s, ns * c));
+            let (sr, si) = (sc.mul_add(c, ss * s), sign * sc.mul_sub(s, ss * c));
+            let element = &mut buffer[self.fft.position(m)];
+            (nr - si).store_array(&mut element[0]);
+            (ni + sr).store_array(&mut element[1]);
+            if m > 0 {
+                let element = &mut buffer[self.fft.position(columns - m)];
+                (nr + si).store_array(&mut element[0]);
+                (sr - ni).store_array(&mut element[1]);
+            }
+        }
+        self.fft.inverse(simd, buffer);
+        for (part, rows) in [north, south].into_iter().enumerate() {
+            let count = rows.len() / columns;
+            let mut chunks = buffer[..columns].chunks_exact(LANES);
+            let mut column = 0;
+            for chunk in &mut chunks {
+                let mut lanes = [sign; LANES];
+                for (lane, element) in lanes.iter_mut().zip(chunk) {
+                    *lane = f64x8::load_array_ref(simd, &element[part]);
+                }
+                let lanes = transpose(lanes);
+                for (lane, values) in lanes.into_iter().enumerate() {
+                    if let Some(row) = row_of(part, lane, count)
+                        && let Some(out) = rows[row * columns + column..].first_chunk_mut()
+                    {
+                        values.store_array(out);
+                    }
+                }
+                column += LANES;
+            }
+            for element in chunks.remainder() {
+                for (lane, value) in element[part].iter().enumerate() {
+                    if let Some(row) = row_of(part, lane, count) {
+                        rows[row * columns + column] = *value;
+                    }
+                }
+                column += 1;
+            }
+        }
+    }
+
+    /// Analysis group by group.
+    fn analyse(
+        &self,
+        maps: &[f64],
+        sets: &mut [f64],
+        scratch: &mut [Lanes],
+        group: usize,
+        parallelism: Parallelism,
+    ) {
+        let (spectra, slots) = scratch.split_at_mut(group * self.spectrum_len());
+        let slots = Slots::new(slots, self.worker_len(group));
+        let count = coefficient_count(self.degree, self.orders);
+        let size = self.grid.len();
+        for (sets, maps) in sets
+            .chunks_mut(GROUP * count)
+            .zip(maps.chunks(GROUP * size))
+        {
+            if sets.len() == GROUP * count {
+                self.analyse_group::<GROUP>(maps, sets, spectra, &slots, parallelism);
+            } else {
+                for (set, map) in sets.chunks_exact_mut(count).zip(maps.chunks_exact(size)) {
+                    self.analyse_group::<1>(map, set, spectra, &slots, parallelism);
+                }
+            }
+        }
+    }
+
+    fn analyse_group<const MAPS: usize>(
+        &self,
+        maps: &[f64],
+        mut sets: &mut [f64],
+        spectra: &mut [Lanes],
+        slots: &Slots,
+        parallelism: Parallelism,
+    ) {
+        let octets = self.recurrence.octets.len();
+        let orders = self.orders + 1;
+        let spectra = &mut spectra.as_chunks_mut().0[..MAPS * orders * octets];
+        // Sixteen rings after another: samples to cosine and sine sums, [map][octet][m].
+        over_chunks(parallelism, spectra, orders, |index, out| {
+            let (map, octet) = (index / octets, index % octets);
+            let map = &maps[map * self.grid.len()..][..self.grid.len()];
+            slots.with(|slot| {
+                dispatch!(self.level, simd => self.analyse_rows(simd, octet, map, out, slot));
+            });
+        });
+        // Order by order: those sums to coefficients.
+        let spectra = &*spectra;
+        let length = sets.len() / MAPS;
+        let sets = std::array::from_fn(|_| sets.split_off_mut(..length).unwrap_or_default());
+        over_orders::<MAPS>(
+            parallelism,
+            (0, orders),
+            sets,
+            &|m| (self.degree + 1 - m) * if m == 0 { 1 } else { 2 },
+            &|m, columns| {
+                slots.with(|slot| {
+                    dispatch!(self.level, simd => self.analyse_order::<_, MAPS>(simd, m, spectra, columns, slot));
+                });
+            },
+        );
+    }
+
+    /// Eight northern rows and their mirror images to their sums over azimuth, `out[m]`.
+    #[inline(always)]
+    fn analyse_rows<S: Simd>(
+        &self,
+        simd: S,
+        octet: usize,
+        map: &[f64],
+        out: &mut [Quad],
+        slot: &mut [Lanes],
+    ) {
+        let columns = self.grid.columns();
+        let rings = self.grid.rings();
+        let buffer: &mut [Element] = slot.as_chunks_mut().0;
+        // Row by lane; none for lanes beyond the equator.
+        let rows = |part: usize, lane: usize| -> Option<&[f64]> {
+            let ring = octet * LANES + lane;
+            let row = if part == 0 {
+                (ring < rings.div_ceil(2)).then_some(ring)
+            } else {
+                (ring < rings / 2).then(|| rings - 1 - ring)
+            };
+            row.map(|row| &map[row * columns..(row + 1) * columns])
+        };
+        for part in 0..2 {
+            let rows: [Option<&[f64]>; LANES] = std::array::from_fn(|lane| rows(part, lane));
+            let mut chunks = buffer[..columns].chunks_exact_mut(LANES);
+            let mut column = 0;
+            for chunk in &mut chunks {
+                let mut lanes = [f64x8::splat(simd, 0.0); LANES];
+                for (lane, row) in lanes.iter_mut().zip(&rows) {
+                    if let Some(values) = row.and_then(|row| row[column..].first_chunk()) {
+                        *lane = f64x8::load_array_ref(simd, values);
+                    }
+                }
+                for (element, values) in chunk.iter_mut().zip(transpose(lanes)) {
+                    values.store_array(&mut element[part]);
+                }
+                column += LANES;
+            }
+            for element in chunks.into_remainder() {
+                element[part] = rows.map(|row| row.map_or(0.0, |row| row[column]));
+                column += 1;
+            }
+        }
+        self.fft.forward(simd, buffer);
+        let sign = f64x8::splat(simd, if self.grid.is_descending() { -1.0 } else { 1.0 });
+        for (m, (out, phase)) in out.iter_mut().zip(&self.phases).enumerate() {
+            let load =
+                |k: usize| buffer[self.fft.position(k)].map(|part| f64x8::load_array(simd, part));
+            let [ar, ai] = load(m);
+            let [br, bi] = load((columns - m) % columns);
+            // The two rings' spectra, doubled; for m > 0 the phase holds the half.
+            let (nr, ni) = (ar + br, sign * (ai - bi));
+            let (sr, si) = (ai + bi, sign * (br - ar));
+            let half = if m == 0 { 0.5 } else { 1.0 };
+            let (c, s) = (
+                f64x8::splat(simd, half * phase[0]),
+                f64x8::splat(simd, half * phase[1]),
+            );
+            // times e^(−i m φ₀): cosine − i sine
+            nr.mul_add(c, ni * s).store_array(&mut out[0]);
+            nr.mul_sub(s, ni * c).store_array(&mut out[1]);
+            sr.mul_add(c, si * s).store_array(&mut out[2]);
+            sr.mul_sub(s, si * c).store_array(&mut out[3]);
+        }
+    }
+
+    /// Order m of the coefficients from the sums of all rings, `spectra[(map · octets + octet) · orders + m]`.
+    #[inline(always)]
+    fn analyse_order<S: Simd, const MAPS: usize>(
+        &self,
+        simd: S,
+        m: usize,
+        spectra: &[Quad],
+        columns: [&mut [f64]; MAPS],
+        slot: &mut [Lanes],
+    ) {
+        let octets = self.recurrence.octets.len();
+        let steps = self.recurrence.steps(m).len();
+        let (parts, sums) = slot.split_at_mut(MAPS * octets * 4);
+        let parts: &mut [Quad] = parts.as_chunks_mut().0;
+        let sums = &mut sums.as_flattened_mut().as_chunks_mut::<4>().0[..MAPS * steps];
+        sums.fill([0.0; 4]);
+        for (index, (parts, sums)) in parts
+            .iter_mut()
+            .zip(spectra[m..].iter().step_by(self.orders + 1))
+            .enumerate()
+        {
+            let octet = index % octets;
+            let w = f64x8::load_array_ref(simd, &self.weights[octet]);
+            let wx = w * f64x8::load_array_ref(simd, &self.recurrence.octets[octet].x);
+            let [nc, ns, sc, ss] = load_quad(simd, sums);
+            ((nc + sc) * w).store_array(&mut parts[0]);
+            ((ns + ss) * w).store_array(&mut parts[1]);
+            ((nc - sc) * wx).store_array(&mut parts[2]);
+            ((ns - ss) * wx).store_array(&mut parts[3]);
+        }
+        let parts: [&[Quad]; MAPS] =
+            std::array::from_fn(|map| &parts[map * octets..(map + 1) * octets]);
+        kernel::analyse(simd, &self.recurrence, m, &parts, sums.as_chunks_mut().0);
+        let count = self.degree + 1 - m;
+        for (map, column) in columns.into_iter().enumerate() {
+            let (cosine, sine) = column.split_at_mut(count);
+            self.recurrence.finish(m, &sums[map..], MAPS, cosine, sine);
+        }
+    }
+}
+
+#[inline(always)]
+fn load_quad<S: Simd>(simd: S, quad: &Quad) -> [f64x8<S>; 4] {
+    [
+        f64x8::load_array_ref(simd, &quad[0]),
+        f64x8::load_array_ref(simd, &quad[1]),
+        f64x8::load_array_ref(simd, &quad[2]),
+        f64x8::load_array_ref(simd, &quad[3]),
+    ]
+}
+
+/// Which of `count` rows a lane is: from the north downwards, or from the south upwards.
+#[inline(always)]
+fn row_of(part: usize, lane: usize, count: usize) -> Option<usize> {
+    if lane >= count {
+        None
+    } else if part == 0 {
+        Some(lane)
+    } else {
+        Some(count - 1 - lane)
     }
 }
 

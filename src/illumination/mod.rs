@@ -3,7 +3,9 @@
 #[cfg(feature = "builtin")]
 mod builtin;
 mod map;
+mod spectrum;
 
 #[cfg(feature = "builtin")]
 pub use builtin::builtin;
 pub use map::{EnvironmentMap, Luminance};
+pub use spectrum::{LightSpectrum, PowerLaw};

@@ -49,6 +49,12 @@ impl DoubleDouble {
     pub(crate) const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
     pub(crate) const ONE: Self = Self { hi: 1.0, lo: 0.0 };
 
+    /// π to 106 bits.
+    pub(crate) const PI: Self = Self {
+        hi: std::f64::consts::PI,
+        lo: 1.224_646_799_147_353_2e-16,
+    };
+
     /// The exact product of two doubles.
     #[inline(always)]
     pub(crate) fn product(a: f64, b: f64) -> Self {

@@ -1,6 +1,6 @@
 //! Directions, frames, quadrature rules, iso-latitude grids and pixel mappings.
 
-mod double_double;
+pub(crate) mod double_double;
 mod frame;
 mod grid;
 mod rule;

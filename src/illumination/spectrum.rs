@@ -1,0 +1,280 @@
+//! The power spectrum of light, and the law that it follows.
+
+use super::{EnvironmentMap, Luminance};
+use crate::harmonics::{Coefficients, Transform, average_power, cross_power};
+use crate::sphere::Grid;
+use crate::{Error, Parallelism, Result};
+
+/// A power law B_l = k / l^(2+η).
+///
+/// Fitted by ordinary least squares of ln B_l against ln l: η = −slope − 2, ln k = intercept. The standard errors
+/// are the regression's, which take the scatter about the line as independent from degree to degree.
+///
+/// ```
+/// use lobes::illumination::PowerLaw;
+/// let power: Vec<f64> = (0..=64).map(|l| 3.0 / f64::from(l.max(1)).powf(2.4)).collect();
+/// let law = PowerLaw::fit(&power, 1, 64)?;
+/// assert!((law.eta - 0.4).abs() < 1e-12 && (law.k - 3.0).abs() < 1e-11);
+/// # Ok::<(), lobes::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PowerLaw {
+    /// The factor k, in the unit of the power.
+    pub k: f64,
+    /// The exponent past 2. The paper's two examples have 0.3 and 0.65.
+    pub eta: f64,
+    /// The standard error of η.
+    pub eta_error: f64,
+    /// The standard error of ln k.
+    pub ln_k_error: f64,
+}
+
+impl PowerLaw {
+    /// The law that fits `power` (B_l, from l = 0) best for `first` ≤ l ≤ `last`.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] unless 1 ≤ first and there are at least three degrees; [`Error::Length`] where the spectrum ends
+    /// before `last`; [`Error::Unanswerable`] where a power is not positive and has no logarithm.
+    pub fn fit(power: &[f64], first: usize, last: usize) -> Result<Self> {
+        if first < 1 || last < first + 2 {
+            return Err(Error::Domain {
+                what: "the last degree of a power-law fit",
+                value: last as f64,
+                allowed: "at least two past the first, which is at least 1",
+            });
+        }
+        if power.len() <= last {
+            return Err(Error::Length {
+                what: "the power spectrum",
+                expected: last + 1,
+                got: power.len(),
+            });
+        }
+        let points: Vec<(f64, f64)> = (first..=last)
+            .map(|l| ((l as f64).ln(), power[l].ln()))
+            .collect();
+        if let Some(index) = points.iter().position(|point| !point.1.is_finite()) {
+            return Err(Error::Unanswerable(format!(
+                "the power at degree {} is {}, which has no logarithm to fit a power law to",
+                first + index,
+                power[first + index]
+            )));
+        }
+        let n = points.len() as f64;
+        let mean_x = points.iter().map(|p| p.0).sum::<f64>() / n;
+        let mean_y = points.iter().map(|p| p.1).sum::<f64>() / n;
+        let sxx: f64 = points.iter().map(|p| (p.0 - mean_x).powi(2)).sum();
+        let sxy: f64 = points.iter().map(|p| (p.0 - mean_x) * (p.1 - mean_y)).sum();
+        let slope = sxy / sxx;
+        let intercept = mean_y - slope * mean_x;
+        let residual: f64 = points
+            .iter()
+            .map(|p| (p.1 - intercept - slope * p.0).powi(2))
+            .sum();
+        let slope_error = (residual / (n - 2.0) / sxx).sqrt();
+        Ok(Self {
+            k: intercept.exp(),
+            eta: -slope - 2.0,
+            eta_error: slope_error,
+            ln_k_error: slope_error * (sxx / n + mean_x * mean_x).sqrt(),
+        })
+    }
+}
+
+/// The spectrum of one illumination.
+///
+/// "White" light in the sense of the paper has the same spectrum in every channel: [`etas`](Self::etas) says whether it
+/// falls alike, [`coherence`](Self::coherence) whether it is the same pattern.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightSpectrum {
+    /// B_l of the luminance (Rec. 709), l = 0 … degree.
+    pub luminance: Vec<f64>,
+    /// B_l of red, green and blue.
+    pub channels: [Vec<f64>; 3],
+    /// The law of the luminance over [`FIT_RANGE`](Self::FIT_RANGE).
+    pub law: PowerLaw,
+    /// η of red, green and blue over the same range.
+    pub etas: [f64; 3],
+    /// The mean over the range of the correlation of red and blue, Σ_m R_lm B_lm / √(Σ_m R_lm² Σ_m B_lm²): 1 where
+    /// the light changes in brightness only, less where it changes in colour.
+    pub coherence: f64,
+    /// η of the luminance with the brightest [`CLIPPED_SHARE`](Self::CLIPPED_SHARE) of the sphere clipped, as a
+    /// camera with too small a range would.
+    pub clipped_eta: f64,
+}
+
+impl LightSpectrum {
+    /// The degrees of the fit, both included; the last is less where the spectrum ends before it.
+    pub const FIT_RANGE: (usize, usize) = (2, 64);
+    /// The share of the sphere that is clipped for [`Self::clipped_eta`].
+    pub const CLIPPED_SHARE: f64 = 0.002;
+
+    /// The spectrum of a map up to `degree`, or up to what the map carries where that is less.
+    ///
+    /// # Errors
+    /// Those of [`PowerLaw::fit`]: a uniform map has no law.
+    pub fn of(map: &EnvironmentMap, degree: usize, parallelism: Parallelism) -> Result<Self> {
+        let degree = degree.min(map.max_degree()?);
+        let coefficients = map.coefficients(degree, parallelism)?;
+        let luminance = average_power(&luminance(&coefficients)?);
+        let clipped = map.clipped(Self::CLIPPED_SHARE)?;
+        let clipped = clipped.coefficients(degree, parallelism)?;
+        let clipped = average_power(&self::luminance(&clipped)?);
+        let channels = [0, 1, 2].map(|c| average_power(&coefficients[c]));
+
+        let (first, last) = (Self::FIT_RANGE.0, Self::FIT_RANGE.1.min(degree));
+        let eta = |power: &[f64]| Ok::<_, Error>(PowerLaw::fit(power, first, last)?.eta);
+        let etas = [eta(&channels[0])?, eta(&channels[1])?, eta(&channels[2])?];
+        let cross = cross_power(&coefficients[0], &coefficients[2])?;
+        let coherence = (first..=last)
+            .map(|l| cross[l] / (channels[0][l] * channels[2][l]).sqrt())
+            .sum::<f64>()
+            / (last - first + 1) as f64;
+        Ok(Self {
+            law: PowerLaw::fit(&luminance, first, last)?,
+            luminance,
+            channels,
+            etas,
+            coherence,
+            clipped_eta: eta(&clipped)?,
+        })
+    }
+}
+
+/// The coefficients of the luminance, which are linear in the channels'.
+fn luminance(channels: &[Coefficients; 3]) -> Result<Coefficients> {
+    let mut sum = Coefficients::zeros(channels[0].degree());
+    for (channel, weight) in channels.iter().zip(Luminance::Rec709.weights()) {
+        for (sum, value) in sum.as_mut_slice().iter_mut().zip(channel.as_slice()) {
+            *sum += weight * value;
+        }
+    }
+    Ok(sum)
+}
+
+impl EnvironmentMap {
+    /// The largest degree that the map carries exactly.
+    ///
+    /// # Errors
+    /// None for a map that exists.
+    pub fn max_degree(&self) -> Result<usize> {
+        Ok(Grid::lat_long(self.height(), self.width())?.max_degree())
+    }
+
+    /// The real orthonormal coefficients of red, green and blue, in the harmonic frame.
+    ///
+    /// The pixels are taken as samples of a band-limited field, and the analysis is exact for one (Fejér's rule in latitude).
+    ///
+    /// # Errors
+    /// [`Error::Degree`] past [`max_degree`](Self::max_degree).
+    pub fn coefficients(
+        &self,
+        degree: usize,
+        parallelism: Parallelism,
+    ) -> Result<[Coefficients; 3]> {
+        let transform = Transform::new(&Grid::lat_long(self.height(), self.width())?, degree)?;
+        let planes: Vec<f64> = (0..3)
+            .flat_map(|channel| self.pixels().iter().map(move |pixel| pixel[channel]))
+            .collect();
+        let count = transform.coefficient_count();
+        let mut values = vec![0.0; 3 * count];
+        let mut scratch = vec![0.0; transform.scratch_len(3)];
+        transform.analyse_into(3, &planes, &mut values, &mut scratch, parallelism)?;
+        let set = |index: usize| {
+            Coefficients::from_vec(degree, degree, values[index * count..][..count].to_vec())
+        };
+        Ok([set(0)?, set(1)?, set(2)?])
+    }
+
+    /// The map with the brightest `share` of the sphere (by solid angle, by luminance) brought down to the luminance
+    /// of the brightest pixel that is left, its hue kept.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] unless 0 ≤ share < 1.
+    pub fn clipped(&self, share: f64) -> Result<Self> {
+        if !(0.0..1.0).contains(&share) {
+            return Err(Error::Domain {
+                what: "the share of the sphere to clip",
+                value: share,
+                allowed: "at least 0 and below 1",
+            });
+        }
+        let luminance = self.luminance(Luminance::Rec709);
+        let mut order: Vec<usize> = (0..luminance.len()).collect();
+        order.sort_by(|&a, &b| luminance[b].total_cmp(&luminance[a]));
+        let mut left = share * 4.0 * std::f64::consts::PI;
+        let ceiling = order.iter().find(|&&pixel| {
+            left -= self.solid_angle(pixel / self.width());
+            left < 0.0
+        });
+        let ceiling = ceiling.map_or(f64::INFINITY, |&pixel| luminance[pixel]);
+        let pixels = self.pixels().iter().zip(&luminance);
+        Self::new(
+            self.name(),
+            self.width(),
+            self.height(),
+            pixels
+                .map(|(pixel, &y)| {
+                    if y > ceiling {
+                        pixel.map(|value| value * ceiling / y)
+                    } else {
+                        *pixel
+                    }
+                })
+                .collect(),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against SciPy 1.17.1, `linregress(log(l), log(B))`, for B_l = (2 + sin l) / l^2.5, l = 2 … 40.
+    #[test]
+    fn the_law_is_the_regression_of_scipy() {
+        let power: Vec<f64> = (0..=40)
+            .map(|l| (2.0 + f64::from(l).sin()) / f64::from(l.max(1)).powf(2.5))
+            .collect();
+        let law = PowerLaw::fit(&power, 2, 40).unwrap();
+        assert!((law.eta - SCIPY[0]).abs() < 1e-12, "{law:?}");
+        assert!((law.k.ln() - SCIPY[1]).abs() < 1e-12, "{law:?}");
+        assert!((law.eta_error - SCIPY[2]).abs() < 1e-12, "{law:?}");
+        assert!((law.ln_k_error - SCIPY[3]).abs() < 1e-12, "{law:?}");
+    }
+
+    const SCIPY: [f64; 4] = [
+        0.494_267_339_295_562_55,
+        0.621_232_700_026_213_9,
+        0.083_987_656_724_939_34,
+        0.245_791_404_518_933_55,
+    ];
+
+    #[test]
+    fn clipping_takes_the_sun_and_leaves_the_sky() {
+        let mut pixels = vec![[1.0, 2.0, 3.0]; 64 * 32];
+        pixels[16 * 64 + 5] = [1e5, 1e5, 2e5];
+        let map = EnvironmentMap::new("sun", 64, 32, pixels).unwrap();
+        let clipped = map.clipped(0.002).unwrap();
+        let sun = clipped.pixel(16, 5);
+        assert!((Luminance::Rec709.of(sun) - Luminance::Rec709.of([1.0, 2.0, 3.0])).abs() < 1e-12);
+        assert!((sun[2] / sun[0] - 2.0).abs() < 1e-12, "the hue is kept");
+        assert_eq!(clipped.pixel(3, 3), [1.0, 2.0, 3.0]);
+        assert_eq!(map.clipped(0.0).unwrap().pixels(), map.pixels());
+        assert!(map.clipped(1.0).is_err());
+    }
+
+    #[test]
+    fn a_map_in_one_colour_is_coherent() {
+        let pixels = (0..64 * 32).map(|i| {
+            let v = 1.0 + f64::from(i * 37 % 101);
+            [v, 2.0 * v, 3.0 * v]
+        });
+        let map = EnvironmentMap::new("one colour", 64, 32, pixels.collect()).unwrap();
+        let spectrum = LightSpectrum::of(&map, 128, Parallelism::Sequential).unwrap();
+        assert_eq!(spectrum.luminance.len(), map.max_degree().unwrap() + 1);
+        assert!((spectrum.coherence - 1.0).abs() < 1e-12);
+        let ratio = spectrum.channels[2][5] / spectrum.channels[0][5];
+        assert!((ratio - 9.0).abs() < 1e-11);
+    }
+}
