@@ -22,7 +22,9 @@ fn varied(height: usize, lamp: f64) -> EnvironmentMap {
     let mut pixels: Vec<[f64; 3]> = (0..width * height)
         .map(|index| {
             let (row, column) = (index / width, index % width);
-            let board = f64::from(u8::from((8 * row / height + 8 * column / width) % 2 == 0));
+            let board = f64::from(u8::from(
+                (8 * row / height + 8 * column / width).is_multiple_of(2),
+            ));
             let wave = 1.0 + (6.0 * row as f64 / height as f64).sin() * 0.9;
             [wave + board, wave, 0.3 + board]
         })

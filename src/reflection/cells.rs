@@ -7,8 +7,8 @@ use std::f64::consts::{PI, TAU};
 
 use fearless_simd::{f64x8, prelude::*};
 
-use super::kernel::{LobeAt, RowLobe};
-use super::pyramid::Cap;
+use super::kernel::{LobeAt, Part, RowLobe};
+use super::region::Region;
 use crate::illumination::EnvironmentMap;
 use crate::sphere::Rule;
 
@@ -93,20 +93,21 @@ impl Cells {
         (doublings <= MAX_DOUBLINGS).then_some(doublings)
     }
 
-    /// ∫ K L dω for the lobe K on the cap where it counts, with the cells halved `doublings` times.
+    /// ∫ K L dω over a region for a part K of a lobe, with the cells halved `doublings` times.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
         &self,
         simd: S,
         doublings: u32,
         lobe: &LobeAt,
-        cap: &Cap,
+        region: &Region,
+        part: Part,
     ) -> [f64; 3] {
         let parts = 1usize << doublings;
         let strips = self.height * parts;
         let strip = PI / strips as f64;
         let mut sums = [f64x8::splat(simd, 0.0); 3];
-        for index in cap.rows(strips) {
+        for index in region.rows(strips) {
             // Where the strip lies between the rows of pixel centres.
             let place = (index as f64 + 0.5) / parts as f64 - 0.5;
             let above = self.row(place.floor() as isize);
@@ -114,9 +115,6 @@ impl Cells {
             for (node, weight) in self.nodes.iter().zip(self.weights) {
                 let theta = (index as f64 + 0.5 + 0.5 * node) * strip;
                 let (sin, cos) = theta.sin_cos();
-                let Some(half_width) = cap.half_width(sin, cos) else {
-                    continue;
-                };
                 let fraction =
                     (index as f64 + 0.5 + 0.5 * node) / parts as f64 - 0.5 - place.floor();
                 let weight = 0.5 * strip * weight * sin;
@@ -125,7 +123,10 @@ impl Cells {
                 let slim = ((parts as f64 * sin).log2().ceil().max(1.0) as u32).min(doublings);
                 let patterns = &self.patterns[slim as usize - 1];
                 let blocks = self.width * patterns.len();
-                let (first, count) = cap.blocks(half_width, blocks, 0.5 * TAU / self.width as f64);
+                let runs = region.runs(sin, cos, blocks, 0.5 * TAU / self.width as f64);
+                if runs[0].1 == 0 {
+                    continue;
+                }
                 let lobe = RowLobe::new(simd, lobe, sin, cos);
                 let value_at = |column: usize| {
                     let a = self.pixels[above.0 + (column + above.1) % self.width];
@@ -137,7 +138,10 @@ impl Cells {
                 let mut column = usize::MAX;
                 let (mut left, mut right) = ([0.0; 3], [0.0; 3]);
                 let (mut centre_cos, mut centre_sin) = (0.0, 0.0);
-                for block in first..first + count {
+                for block in runs
+                    .into_iter()
+                    .flat_map(|(first, count)| first..first + count)
+                {
                     let block = if block < blocks {
                         block
                     } else {
@@ -157,6 +161,7 @@ impl Cells {
                         simd,
                         c * splat(centre_cos) - s * splat(centre_sin),
                         s * splat(centre_cos) + c * splat(centre_sin),
+                        part,
                     );
                     let (a, b) = (value * load(&pattern.left), value * load(&pattern.right));
                     for channel in 0..3 {

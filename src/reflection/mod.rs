@@ -11,8 +11,11 @@ mod image;
 mod irradiance;
 mod kernel;
 mod pyramid;
+mod reference;
+mod region;
 mod renderer;
 
 pub use camera::{Camera, Sight};
 pub use image::SphereImage;
+pub use reference::{Reference, reference};
 pub use renderer::{Renderer, Rendering, Settings};

@@ -8,9 +8,9 @@
 use std::f64::consts::{PI, TAU};
 
 use fearless_simd::{Level as SimdLevel, dispatch, f32x8, f64x8, prelude::*};
-use glam::DVec3;
 
-use super::kernel::{LobeAt, RowLobe};
+use super::kernel::{LobeAt, Part, RowLobe};
+use super::region::Region;
 use crate::Parallelism;
 use crate::illumination::EnvironmentMap;
 use crate::sphere::Rule;
@@ -62,70 +62,6 @@ pub(super) struct Pyramid {
     levels: Vec<Level>,
 }
 
-/// A cap of directions, in the map's frame.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Cap {
-    cos: f64,
-    sin: f64,
-    theta: f64,
-    psi: f64,
-    radius: f64,
-    /// sin²(radius/2).
-    square: f64,
-}
-
-impl Cap {
-    pub(super) fn new(centre: DVec3, radius: f64) -> Self {
-        let sin = centre.x.hypot(centre.y);
-        let radius = radius.min(PI);
-        Self {
-            cos: centre.z,
-            sin,
-            theta: sin.atan2(centre.z),
-            psi: centre.y.atan2(centre.x),
-            radius,
-            square: (0.5 * radius).sin().powi(2),
-        }
-    }
-
-    /// The rows of n (or n strips) that it can touch, as a range.
-    pub(super) fn rows(&self, n: usize) -> std::ops::Range<usize> {
-        let scale = n as f64 / PI;
-        let first = ((self.theta - self.radius) * scale - 1.0).max(0.0);
-        let last = ((self.theta + self.radius) * scale + 1.0).max(0.0);
-        first as usize..(last.ceil() as usize).min(n)
-    }
-
-    /// Half the range of ψ that it covers at a row, rather too much than too little; none if it misses the row.
-    pub(super) fn half_width(&self, sin: f64, cos: f64) -> Option<f64> {
-        let height = self.square - 0.5 * (1.0 - cos * self.cos - sin * self.sin);
-        if height <= 0.0 {
-            return None;
-        }
-        let room = sin * self.sin;
-        if height >= room {
-            return Some(PI);
-        }
-        // asin y ≤ y + (π/2 − 1) y³ on [0, 1].
-        let y = (height / room).sqrt();
-        Some(2.0 * y * (1.0 + (0.5 * PI - 1.0) * y * y))
-    }
-
-    /// The blocks that it covers of a circle of `blocks` of them, the first of which starts at ψ = `origin`: the first
-    /// covered and how many.
-    pub(super) fn blocks(&self, half_width: f64, blocks: usize, origin: f64) -> (usize, usize) {
-        let scale = blocks as f64 / TAU;
-        let first = ((self.psi - origin - half_width) * scale).floor();
-        let last = ((self.psi - origin + half_width) * scale).floor();
-        let count = (last - first) as usize + 1;
-        if count >= blocks {
-            (0, blocks)
-        } else {
-            ((first as isize).rem_euclid(blocks as isize) as usize, count)
-        }
-    }
-}
-
 impl Pyramid {
     pub(super) fn new(map: &EnvironmentMap, simd: SimdLevel, parallelism: Parallelism) -> Self {
         let rows: Vec<usize> = ROWS
@@ -152,6 +88,16 @@ impl Pyramid {
         Self { columns, levels }
     }
 
+    /// The angle between the rows of a level.
+    pub(super) fn step(&self, level: usize) -> f64 {
+        PI / self.levels[level].rows.len() as f64
+    }
+
+    /// The finest level.
+    pub(super) fn finest(&self) -> usize {
+        self.levels.len() - 1
+    }
+
     /// The coarsest level whose rows are no further apart than `step`.
     pub(super) fn level(&self, step: f64) -> Option<usize> {
         self.levels
@@ -159,40 +105,40 @@ impl Pyramid {
             .position(|level| PI / level.rows.len() as f64 <= step)
     }
 
-    /// ∫ K L dω for the lobe K on the cap where it counts, K being smooth at the scale of the level.
+    /// ∫ K L dω over a region for a part K of a lobe, which must be smooth at the scale of the level.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
         &self,
         simd: S,
         level: usize,
         lobe: &LobeAt,
-        cap: &Cap,
+        region: &Region,
+        part: Part,
     ) -> [f64; 3] {
         let level = &self.levels[level];
         let mut sums = [f64x8::splat(simd, 0.0); 3];
-        for row in &level.rows[cap.rows(level.rows.len())] {
-            let Some(half_width) = cap.half_width(row.sin, row.cos) else {
-                continue;
-            };
+        for row in &level.rows[region.rows(level.rows.len())] {
             let columns = &self.columns[row.columns];
             let blocks = columns.cos.len() / 8;
-            let (first, count) = cap.blocks(half_width, blocks, 0.0);
             let lobe = RowLobe::new(simd, lobe, row.sin, row.cos);
-            for block in first..first + count {
-                let at = 8 * if block < blocks {
-                    block
-                } else {
-                    block - blocks
-                };
-                let value = lobe.evaluate(
-                    simd,
-                    f64x8::from_slice(simd, &columns.cos[at..at + 8]),
-                    f64x8::from_slice(simd, &columns.sin[at..at + 8]),
-                );
-                let at = row.start + at;
-                for (sum, moments) in sums.iter_mut().zip(&level.moments) {
-                    let (low, high) = f32x8::from_slice(simd, &moments[at..at + 8]).widen();
-                    *sum = value.mul_add(low.combine(high), *sum);
+            for (first, count) in region.runs(row.sin, row.cos, blocks, 0.0) {
+                for block in first..first + count {
+                    let at = 8 * if block < blocks {
+                        block
+                    } else {
+                        block - blocks
+                    };
+                    let value = lobe.evaluate(
+                        simd,
+                        f64x8::from_slice(simd, &columns.cos[at..at + 8]),
+                        f64x8::from_slice(simd, &columns.sin[at..at + 8]),
+                        part,
+                    );
+                    let at = row.start + at;
+                    for (sum, moments) in sums.iter_mut().zip(&level.moments) {
+                        let (low, high) = f32x8::from_slice(simd, &moments[at..at + 8]).widen();
+                        *sum = value.mul_add(low.combine(high), *sum);
+                    }
                 }
             }
         }
