@@ -1,1 +1,18 @@
-//! To come.
+//! Figures, pages and the accuracy file.
+
+#![expect(
+    clippy::doc_markdown,
+    reason = "the formulas are plain text, with subscripts"
+)]
+
+mod accuracy;
+mod figures;
+mod page;
+mod plot;
+mod png;
+
+pub use accuracy::{AccuracyFile, AccuracyRow, NamedConfusion};
+pub use figures::{confusion_matrix, feature_plane, light_spectra};
+pub use page::{Figure, Page};
+pub use plot::{Axis, Chart, Mark, Series};
+pub use png::encode_png;

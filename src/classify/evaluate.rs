@@ -1,0 +1,214 @@
+//! Leaving one illumination out at a time.
+
+use crate::classify::wilson;
+use crate::{Parallelism, Result};
+
+/// Something that learns from labelled observations and scores the labels of others.
+///
+/// Observations are known by their index in the data set that the classifier was made for.
+pub trait Classifier: Sync {
+    /// What tables call it.
+    fn name(&self) -> String;
+
+    /// Learns from the observations `training` and gives, for each of `test`, one score a label: the
+    /// highest names the material. Scores are log-probabilities up to a constant where the
+    /// classifier has any.
+    ///
+    /// # Errors
+    /// What makes learning impossible, such as a label without an observation.
+    fn score(&self, training: &[usize], test: &[usize]) -> Result<Vec<Vec<f64>>>;
+}
+
+/// One observation that was given the wrong label.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Confusion {
+    /// The observation's index.
+    pub observation: usize,
+    /// Its label.
+    pub truth: usize,
+    /// The label that it was given.
+    pub said: usize,
+}
+
+/// What came of naming every observation once.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// The label given to each observation.
+    pub said: Vec<usize>,
+    /// The true labels.
+    pub truth: Vec<usize>,
+    /// The number of labels.
+    pub labels: usize,
+}
+
+impl Evaluation {
+    /// How many observations were named right.
+    pub fn correct(&self) -> usize {
+        self.total() - self.confusions().len()
+    }
+
+    /// How many observations there are.
+    pub fn total(&self) -> usize {
+        self.said.len()
+    }
+
+    /// The share named right.
+    pub fn accuracy(&self) -> f64 {
+        self.correct() as f64 / self.total().max(1) as f64
+    }
+
+    /// Wilson's 95 % interval of [`Self::accuracy`].
+    pub fn interval(&self) -> (f64, f64) {
+        wilson(self.correct(), self.total(), 0.95)
+    }
+
+    /// The observations named wrong, in order.
+    pub fn confusions(&self) -> Vec<Confusion> {
+        self.truth
+            .iter()
+            .zip(&self.said)
+            .enumerate()
+            .filter(|(_, (truth, said))| truth != said)
+            .map(|(observation, (&truth, &said))| Confusion {
+                observation,
+                truth,
+                said,
+            })
+            .collect()
+    }
+
+    /// `matrix[truth][said]`: how often each label was given to each.
+    pub fn confusion_matrix(&self) -> Vec<Vec<usize>> {
+        let mut matrix = vec![vec![0; self.labels]; self.labels];
+        for (&truth, &said) in self.truth.iter().zip(&self.said) {
+            matrix[truth][said] += 1;
+        }
+        matrix
+    }
+}
+
+/// Names every observation with a classifier that has seen nothing under the same illumination.
+///
+/// All observations of one group (an illumination) are left out together, and with them everything
+/// that is learned from them. Equal scores go to the label that comes first.
+///
+/// - `labels[i]`, `groups[i]`: the label and the group of observation i.
+/// - `label_count`: how many labels there are.
+///
+/// # Errors
+/// [`crate::Error::Length`] when the two arrays differ; [`crate::Error::Unanswerable`] with fewer
+/// than two groups, when there is nothing to learn from; what the classifier finds wrong.
+pub fn leave_one_illumination_out(
+    classifier: &dyn Classifier,
+    labels: &[usize],
+    groups: &[usize],
+    label_count: usize,
+    parallelism: Parallelism,
+) -> Result<Evaluation> {
+    crate::error::check_length("the list of groups", labels.len(), groups.len())?;
+    let mut distinct = groups.to_vec();
+    distinct.sort_unstable();
+    distinct.dedup();
+    if distinct.len() < 2 {
+        return Err(crate::Error::Unanswerable(format!(
+            "leaving one illumination out needs at least two illuminations and there is {}",
+            distinct.len()
+        )));
+    }
+    let folds = parallelism.map(distinct.len(), |fold| {
+        let (test, training): (Vec<usize>, Vec<usize>) =
+            (0..labels.len()).partition(|&i| groups[i] == distinct[fold]);
+        let scores = classifier.score(&training, &test)?;
+        Ok(test
+            .into_iter()
+            .zip(scores)
+            .map(|(i, scores)| (i, best(&scores)))
+            .collect::<Vec<_>>())
+    });
+    let mut said = vec![0; labels.len()];
+    for fold in folds {
+        for (i, label) in fold? {
+            said[i] = label;
+        }
+    }
+    Ok(Evaluation {
+        said,
+        truth: labels.to_vec(),
+        labels: label_count,
+    })
+}
+
+/// The index of the highest score, the first of equals.
+fn best(scores: &[f64]) -> usize {
+    let mut best = 0;
+    for (label, &score) in scores.iter().enumerate() {
+        if score > scores[best] || scores[best].is_nan() {
+            best = label;
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Says of each observation the label of the training observation with the nearest index, and
+    /// fails if it is ever shown the group that it is tested on.
+    struct Neighbour<'a> {
+        labels: &'a [usize],
+        groups: &'a [usize],
+    }
+
+    impl Classifier for Neighbour<'_> {
+        fn name(&self) -> String {
+            "neighbour".into()
+        }
+
+        fn score(&self, training: &[usize], test: &[usize]) -> Result<Vec<Vec<f64>>> {
+            for &i in test {
+                assert!(
+                    training.iter().all(|&j| self.groups[j] != self.groups[i]),
+                    "observation {i} is tested on its own group"
+                );
+            }
+            Ok(test
+                .iter()
+                .map(|&i| {
+                    let nearest = training.iter().min_by_key(|&&j| i.abs_diff(j)).unwrap();
+                    let mut scores = vec![0.0; 2];
+                    scores[self.labels[*nearest]] = 1.0;
+                    scores
+                })
+                .collect())
+        }
+    }
+
+    #[test]
+    fn leaves_whole_groups_out() {
+        let labels = [0, 1, 0, 1];
+        let groups = [0, 0, 1, 1];
+        let classifier = Neighbour {
+            labels: &labels,
+            groups: &groups,
+        };
+        let evaluation =
+            leave_one_illumination_out(&classifier, &labels, &groups, 2, Parallelism::Sequential)
+                .unwrap();
+        // 0 and 1 both see 2 nearest (label 0), 2 and 3 both see 1 (label 1).
+        assert_eq!(evaluation.said, [0, 0, 1, 1]);
+        assert_eq!(evaluation.correct(), 2);
+        assert_eq!(evaluation.confusion_matrix(), [[1, 1], [1, 1]]);
+    }
+
+    #[test]
+    fn refuses_a_single_group() {
+        let classifier = Neighbour {
+            labels: &[0, 1],
+            groups: &[3, 3],
+        };
+        let error =
+            leave_one_illumination_out(&classifier, &[0, 1], &[3, 3], 2, Parallelism::Sequential);
+        assert!(matches!(error, Err(crate::Error::Unanswerable(_))));
+    }
+}

@@ -1,0 +1,109 @@
+//! The data sets that classifiers are tried on.
+
+use glam::DVec3;
+
+use crate::illumination::{EnvironmentMap, Luminance};
+use crate::reflectance::{Material, Variant};
+use crate::reflection::{Camera, Renderer, Settings, SphereImage};
+use crate::{Error, Parallelism, Result};
+
+/// One image with what is known of it.
+#[derive(Debug, Clone)]
+pub struct Observation {
+    /// The index of its material.
+    pub material: usize,
+    /// The index of its illumination.
+    pub illumination: usize,
+    /// The image.
+    pub image: SphereImage,
+}
+
+/// Images of spheres with their materials and illuminations.
+#[derive(Debug, Clone)]
+pub struct Dataset {
+    /// The materials' names.
+    pub materials: Vec<String>,
+    /// The illuminations' names.
+    pub illuminations: Vec<String>,
+    /// The images: by illumination, then by material.
+    pub observations: Vec<Observation>,
+    /// The largest error that the renderer reported, relative.
+    pub render_error: f64,
+}
+
+impl Dataset {
+    /// The material of each observation.
+    pub fn labels(&self) -> Vec<usize> {
+        self.observations.iter().map(|o| o.material).collect()
+    }
+
+    /// The illumination of each observation.
+    pub fn groups(&self) -> Vec<usize> {
+        self.observations.iter().map(|o| o.illumination).collect()
+    }
+}
+
+/// The paper's data: each material under each illumination, seen level, linear, and divided by the
+/// mean luminance of a white sphere in the same light.
+///
+/// `done` is called after each illumination, from any thread.
+///
+/// # Errors
+/// [`Error::Unanswerable`] without a material or an illumination, and what the renderer finds wrong.
+pub fn paper_dataset(
+    illuminations: &[EnvironmentMap],
+    materials: &[Material],
+    variant: Variant,
+    settings: &Settings,
+    parallelism: Parallelism,
+    done: &(dyn Fn() + Sync),
+) -> Result<Dataset> {
+    if illuminations.is_empty() || materials.is_empty() {
+        return Err(Error::Unanswerable(
+            "a data set needs at least one illumination and one material".into(),
+        ));
+    }
+    let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+    let groups = parallelism.map(illuminations.len(), |illumination| {
+        let renderer = Renderer::new(&illuminations[illumination], Parallelism::Sequential)?;
+        let render = |material: &Material| {
+            renderer.render(
+                material,
+                variant,
+                &camera,
+                settings,
+                Parallelism::Sequential,
+            )
+        };
+        let white = render(&Material::white())?;
+        let scale = 1.0 / Luminance::Rec709.of(white.image.mean());
+        let mut error = white.error;
+        let observations = materials
+            .iter()
+            .enumerate()
+            .map(|(material, parameters)| {
+                let rendering = render(parameters)?;
+                error = error.max(rendering.error);
+                Ok(Observation {
+                    material,
+                    illumination,
+                    image: rendering.image.map(|rgb| rgb.map(|value| value * scale)),
+                })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        done();
+        Ok((observations, error))
+    });
+    let mut dataset = Dataset {
+        materials: materials.iter().map(|m| m.name().to_owned()).collect(),
+        illuminations: illuminations.iter().map(|i| i.name().to_owned()).collect(),
+        observations: Vec::new(),
+        render_error: 0.0,
+    };
+    for group in groups {
+        let (observations, error) = group?;
+        dataset.observations.extend(observations);
+        dataset.render_error = dataset.render_error.max(error);
+    }
+    Ok(dataset)
+}

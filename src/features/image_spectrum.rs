@@ -1,0 +1,206 @@
+//! The power spectrum of one image of a sphere, over the sphere of normals.
+
+use crate::features::Continuation;
+use crate::harmonics::{Transform, average_power};
+use crate::illumination::Luminance;
+use crate::reflection::SphereImage;
+use crate::sphere::Grid;
+use crate::{Error, Result};
+
+/// Rings (and columns) of the grid of normals for each degree of the spectrum.
+///
+/// A 128² image of a sphere resolves degrees to about 200 at its centre. Gauss–Legendre analysis
+/// with n rings keeps degree l free of the field's degrees below 2n − l, so with four rings a degree
+/// what is analysed up to 64 is free of everything that such an image resolves.
+const OVERSAMPLING: usize = 4;
+
+/// The power of an image's degrees, and of its colour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImagePower {
+    /// Average power B_l = Σ_m B_lm² / (2l + 1) of the luminance, l = 0 … degree.
+    pub luminance: Vec<f64>,
+    /// B_0 of red, green and blue.
+    pub colour: [f64; 3],
+}
+
+/// The plan for power spectra of images of spheres.
+///
+/// The image is read as a field over the sphere of normals: a pixel shows the radiance that leaves
+/// the point with normal n. Its visible half is sampled bilinearly on a Gauss–Legendre grid whose
+/// pole looks into the camera (normals past the last pixel of the rim take the rim's), the other
+/// half is filled by the [`Continuation`], and the field is analysed into real orthonormal harmonics.
+/// A power spectrum does not depend on how the grid is turned.
+///
+/// Immutable; share it between threads.
+#[derive(Debug, Clone)]
+pub struct ImageSpectrum {
+    continuation: Continuation,
+    grid: Grid,
+    transform: Transform,
+    /// (cos, sin) of the columns' azimuths.
+    azimuths: Vec<(f64, f64)>,
+}
+
+impl ImageSpectrum {
+    /// A plan for spectra up to `degree`.
+    ///
+    /// # Errors
+    /// [`Error::Degree`] past 1024, where no image of a sphere has content.
+    pub fn new(degree: usize, continuation: Continuation) -> Result<Self> {
+        const LIMIT: usize = 1024;
+        if degree > LIMIT {
+            return Err(Error::Degree {
+                what: "the spectrum of an image",
+                degree,
+                limit: LIMIT,
+            });
+        }
+        let rings = OVERSAMPLING * degree.max(16);
+        let grid = Grid::gauss_legendre(rings, rings)?;
+        let transform = Transform::new(&grid, degree)?;
+        let azimuths = (0..rings)
+            .map(|column| {
+                let (sin, cos) = (std::f64::consts::TAU * column as f64 / rings as f64).sin_cos();
+                (cos, sin)
+            })
+            .collect();
+        Ok(Self {
+            continuation,
+            grid,
+            transform,
+            azimuths,
+        })
+    }
+
+    /// How the unseen half is filled.
+    pub fn continuation(&self) -> Continuation {
+        self.continuation
+    }
+
+    /// The power of an image.
+    ///
+    /// # Errors
+    /// [`Error::Unanswerable`] when the image has no pixel at the centre of its sphere.
+    pub fn power(&self, image: &SphereImage) -> Result<ImagePower> {
+        let (luminance, mean) = self.field(image)?;
+        let coefficients = self.transform.analyse(&luminance)?;
+        // B_00 = √(4π) times the mean.
+        let colour = mean.map(|mean| 4.0 * std::f64::consts::PI * mean * mean);
+        Ok(ImagePower {
+            luminance: average_power(&coefficients),
+            colour,
+        })
+    }
+
+    /// The luminance on the whole grid of normals, and the mean of each channel over the sphere.
+    fn field(&self, image: &SphereImage) -> Result<(Vec<f64>, [f64; 3])> {
+        let (rings, columns) = (self.grid.rings(), self.grid.columns());
+        let sampler = Sampler::new(image)?;
+        let mut luminance = vec![0.0; rings * columns];
+        let mut sum = [0.0; 3];
+        for ring in 0..rings / 2 {
+            let (sin, cos) = self.grid.colatitude(ring).sin_cos();
+            let weight = self.grid.ring_weight(ring);
+            let mut ring_sum = [0.0; 3];
+            for (column, (cos_azimuth, sin_azimuth)) in self.azimuths.iter().enumerate() {
+                let rgb = sampler.at(sin * cos_azimuth, sin * sin_azimuth, cos);
+                luminance[ring * columns + column] = Luminance::Rec709.of(rgb);
+                for (sum, value) in ring_sum.iter_mut().zip(rgb) {
+                    *sum += value;
+                }
+            }
+            for (sum, ring_sum) in sum.iter_mut().zip(ring_sum) {
+                *sum += weight * ring_sum;
+            }
+        }
+        let (front, back) = luminance.split_at_mut(rings / 2 * columns);
+        for (ring, back) in back.chunks_exact_mut(columns).enumerate() {
+            let mirrored = rings / 2 - 1 - ring;
+            let front = &front[mirrored * columns..][..columns];
+            for (column, value) in back.iter_mut().enumerate() {
+                *value = self
+                    .continuation
+                    .source_column(column, columns)
+                    .map_or(0.0, |source| front[source]);
+            }
+        }
+        let halves = if self.continuation == Continuation::Zero {
+            1.0
+        } else {
+            2.0
+        };
+        let mean = sum.map(|sum| halves * sum / (4.0 * std::f64::consts::PI));
+        Ok((luminance, mean))
+    }
+}
+
+/// Bilinear samples of an image of a sphere, the rim continued outwards.
+struct Sampler<'a> {
+    image: &'a SphereImage,
+    /// One step inwards along a radius: a pixel, as a share of the disc's radius.
+    rim: f64,
+}
+
+impl<'a> Sampler<'a> {
+    fn new(image: &'a SphereImage) -> Result<Self> {
+        let sampler = Self {
+            image,
+            rim: 1.0 - 2.0 / image.size() as f64,
+        };
+        // `at` walks towards the centre until it meets a pixel.
+        if sampler.bilinear(0.0, 0.0).is_none() {
+            return Err(Error::Unanswerable(
+                "the image shows nothing at the centre of its sphere".into(),
+            ));
+        }
+        Ok(sampler)
+    }
+
+    /// The radiance at the normal (x, y, z) of the camera's frame, z ≥ 0; past what the camera sees,
+    /// the rim's.
+    fn at(&self, x: f64, y: f64, z: f64) -> [f64; 3] {
+        let magnification = match self.image.camera().distance() {
+            None => 1.0,
+            Some(distance) if z * distance > 1.0 => {
+                (distance * distance - 1.0).sqrt() / (distance - z)
+            }
+            Some(_) => 1.0 / x.hypot(y),
+        };
+        let (x, y) = (x * magnification, y * magnification);
+        let mut shrink = 1.0;
+        loop {
+            if let Some(rgb) = self.bilinear(x * shrink, y * shrink) {
+                return rgb;
+            }
+            shrink *= self.rim;
+        }
+    }
+
+    /// The bilinear value at a position of the disc (x right, y up, radius 1), from the neighbours
+    /// that show the sphere; `None` where none does.
+    fn bilinear(&self, x: f64, y: f64) -> Option<[f64; 3]> {
+        let size = self.image.size();
+        let half = size as f64 / 2.0;
+        let (column, row) = (half + x * half - 0.5, half - y * half - 0.5);
+        let (column0, row0) = (column.floor(), row.floor());
+        let (fx, fy) = (column - column0, row - row0);
+        let mut sum = [0.0; 3];
+        let mut total = 0.0;
+        for (dy, wy) in [(0.0, 1.0 - fy), (1.0, fy)] {
+            for (dx, wx) in [(0.0, 1.0 - fx), (1.0, fx)] {
+                let (r, c) = (row0 + dy, column0 + dx);
+                if r < 0.0 || c < 0.0 || r >= size as f64 || c >= size as f64 {
+                    continue;
+                }
+                if let Some(rgb) = self.image.get(r as usize, c as usize) {
+                    let weight = wx * wy;
+                    total += weight;
+                    for (sum, value) in sum.iter_mut().zip(rgb) {
+                        *sum += weight * value;
+                    }
+                }
+            }
+        }
+        (total > 1e-9).then(|| sum.map(|sum| sum / total))
+    }
+}

@@ -1,0 +1,157 @@
+//! The figures of the paper.
+
+use std::fmt::Write;
+
+use crate::report::plot::{COLOURS, escape, header};
+use crate::report::{Axis, Chart, Mark, Series};
+
+/// The power spectra of natural light (the paper's Figure 1): one thin line an illumination, its share
+/// of the power of l ≥ 1, and the median of all with the fitted range.
+///
+/// - `spectra`: (name, B_l for l = 0 … degree) of each illumination.
+/// - `eta`: the median exponent, for the reference line k / l^(2+η).
+pub fn light_spectra(spectra: &[(String, Vec<f64>)], eta: f64) -> String {
+    let mut series = Vec::new();
+    let shares: Vec<Vec<f64>> = spectra
+        .iter()
+        .map(|(_, b)| {
+            let total: f64 = b.iter().skip(1).sum();
+            b.iter().map(|power| power / total).collect()
+        })
+        .collect();
+    for ((name, _), share) in spectra.iter().zip(&shares) {
+        series.push(Series {
+            name: name.clone(),
+            in_legend: false,
+            colour: "#9db7cf".into(),
+            mark: Mark::Line(1.0),
+            points: points(share),
+        });
+    }
+    let degrees = shares.iter().map(Vec::len).min().unwrap_or(0);
+    let median: Vec<f64> = (0..degrees)
+        .map(|l| {
+            let mut values: Vec<f64> = shares.iter().map(|share| share[l]).collect();
+            values.sort_by(f64::total_cmp);
+            values[values.len() / 2]
+        })
+        .collect();
+    // The reference goes through the median's geometric centre.
+    let centre: f64 = (1..degrees)
+        .map(|l| median[l].ln() + (2.0 + eta) * (l as f64).ln())
+        .sum::<f64>()
+        / (degrees.max(2) - 1) as f64;
+    series.push(Series {
+        name: format!("k / l^{:.2}", 2.0 + eta),
+        in_legend: true,
+        colour: COLOURS[4].into(),
+        mark: Mark::Dashes(2.0),
+        points: (1..degrees)
+            .map(|l| (l as f64, (centre - (2.0 + eta) * (l as f64).ln()).exp()))
+            .collect(),
+    });
+    series.push(Series {
+        name: "median".into(),
+        in_legend: true,
+        colour: COLOURS[1].into(),
+        mark: Mark::Line(2.5),
+        points: points(&median),
+    });
+    Chart {
+        title: "Power spectra of natural light".into(),
+        x_label: "degree l".into(),
+        y_label: "average power, share of l ≥ 1".into(),
+        x_axis: Axis::Logarithmic,
+        y_axis: Axis::Logarithmic,
+        series,
+    }
+    .svg()
+}
+
+fn points(spectrum: &[f64]) -> Vec<(f64, f64)> {
+    let indexed = spectrum.iter().enumerate().skip(1);
+    indexed.map(|(l, &power)| (l as f64, power)).collect()
+}
+
+/// The plane of v1 and v2 (the paper's Figure 2): one symbol an image, one colour a material.
+///
+/// - `materials`: their names.
+/// - `images`: (material, v1, v2) of each image.
+pub fn feature_plane(materials: &[String], images: &[(usize, f64, f64)]) -> String {
+    let series = materials.iter().enumerate().map(|(material, name)| Series {
+        name: name.clone(),
+        in_legend: true,
+        colour: COLOURS[material % COLOURS.len()].into(),
+        mark: Mark::Symbol(material),
+        points: images
+            .iter()
+            .filter(|image| image.0 == material)
+            .map(|image| (image.1, image.2))
+            .collect(),
+    });
+    Chart {
+        title: "Materials in the plane of v1 and v2".into(),
+        x_label: "v1: share of the power in l ≤ 2".into(),
+        y_label: "v2: mean of B_l / B_(l+1) over odd l ≥ 3".into(),
+        x_axis: Axis::Linear,
+        y_axis: Axis::Logarithmic,
+        series: series.collect(),
+    }
+    .svg()
+}
+
+/// A confusion matrix: rows are the truth, columns what was said.
+pub fn confusion_matrix(materials: &[String], matrix: &[Vec<usize>]) -> String {
+    let n = materials.len() as f64;
+    let (cell, left, top) = (46.0, 130.0, 150.0);
+    let (width, height) = (left + n * cell + 40.0, top + n * cell + 24.0);
+    let mut out = header(width, height, "Confusion matrix");
+    let _ = writeln!(
+        out,
+        "<text x=\"16\" y=\"24\" font-size=\"15\" font-weight=\"600\">Confusion</text>\
+         <text x=\"16\" y=\"44\" fill=\"#666\">row: truth, column: said</text>"
+    );
+    for (i, name) in materials.iter().enumerate() {
+        let centre = (i as f64 + 0.5) * cell;
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\
+             <text transform=\"translate({:.1} {:.1}) rotate(-50)\">{}</text>",
+            left - 8.0,
+            top + centre + 4.0,
+            escape(name),
+            left + centre,
+            top - 8.0,
+            escape(name)
+        );
+    }
+    for (truth, row) in matrix.iter().enumerate() {
+        let total: usize = row.iter().sum();
+        for (said, &count) in row.iter().enumerate() {
+            let share = count as f64 / total.max(1) as f64;
+            let colour = if truth == said {
+                COLOURS[1]
+            } else {
+                COLOURS[4]
+            };
+            let (x, y) = (left + said as f64 * cell, top + truth as f64 * cell);
+            let _ = writeln!(
+                out,
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{cell}\" height=\"{cell}\" fill=\"#f6f6f6\" stroke=\"#fff\"/>\
+                 <rect x=\"{x}\" y=\"{y}\" width=\"{cell}\" height=\"{cell}\" fill=\"{colour}\" fill-opacity=\"{:.3}\" stroke=\"#fff\"/>",
+                if count == 0 { 0.0 } else { 0.15 + 0.85 * share }
+            );
+            if count > 0 {
+                let ink = if share > 0.45 { "#fff" } else { "#222" };
+                let _ = writeln!(
+                    out,
+                    "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{ink}\">{count}</text>",
+                    x + 0.5 * cell,
+                    y + 0.5 * cell + 4.0
+                );
+            }
+        }
+    }
+    out.push_str("</svg>\n");
+    out
+}
