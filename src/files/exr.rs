@@ -33,11 +33,28 @@ fn unread(compression: Compression) -> Option<&'static str> {
     }
 }
 
+/// No compression of the format holds more bytes of pixels than this in a byte of file: deflate's limit is 1032, the others' less.
+const MOST_EXPANSION: usize = 2048;
+
 /// The colour of the first layer that has red, green and blue, or luminance alone.
 pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
+    // The crate's decompressors panic on some damaged files (an overflow in B44, for one). They share no state with
+    // anything, so a panic ends here.
+    std::panic::catch_unwind(|| decode_unguarded(bytes))
+        .unwrap_or_else(|_| Err(Problem::corrupt("its compressed pixels make no sense")))
+}
+
+fn decode_unguarded(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(problem)?;
     for header in &meta.headers {
-        check_size(header.layer_size.width(), header.layer_size.height())?;
+        let (width, height) = (header.layer_size.width(), header.layer_size.height());
+        check_size(width, height)?;
+        // The crate allocates the whole picture before it reads a pixel.
+        if width * height / MOST_EXPANSION * header.channels.bytes_per_pixel > bytes.len() {
+            return Err(Problem::corrupt(format!(
+                "it claims {width} by {height} pixels, more than a file of its length can hold"
+            )));
+        }
         if let Some(name) = unread(header.compression) {
             return Err(Problem::new(
                 format!("the file uses {name} compression, which is not read here"),

@@ -4,6 +4,8 @@
 //! [`report`](crate::report) makes pictures of numbers.
 
 mod exr;
+mod hdr;
+mod pfm;
 
 use std::path::Path;
 
@@ -95,6 +97,10 @@ pub fn read(path: &Path) -> Result<Picture> {
 pub(crate) fn decode(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
     if bytes.starts_with(&exr::MAGIC) {
         exr::decode(bytes)
+    } else if bytes.starts_with(b"#?") {
+        hdr::decode(bytes)
+    } else if bytes.starts_with(b"PF") || bytes.starts_with(b"Pf") {
+        pfm::decode(bytes)
     } else {
         Err(Problem::new(
             "the file is none of OpenEXR, Radiance and PFM",
