@@ -2,10 +2,15 @@
 
 #[cfg(feature = "builtin")]
 mod builtin;
+mod convert;
 mod map;
+#[cfg(feature = "files")]
+mod read;
 mod spectrum;
 
 #[cfg(feature = "builtin")]
 pub use builtin::builtin;
 pub use map::{EnvironmentMap, Luminance};
+#[cfg(feature = "files")]
+pub use read::{read, read_folder};
 pub use spectrum::{LightSpectrum, PowerLaw};

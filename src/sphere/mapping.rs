@@ -119,7 +119,7 @@ impl Mapping {
                  --mapping angular-map or --mapping mirror-ball"
             ))),
             _ => Err(Error::Unanswerable(format!(
-                "{width} by {height} pixels fit no mapping of the sphere: give a lat-long map (2:1), an angular map or \
+                "{width} by {height} pixels fit no mapping of the sphere; give a lat-long map (2:1), an angular map or \
                  mirror ball (1:1), or a cross (3:4 or 4:3)"
             ))),
         }
