@@ -1,5 +1,10 @@
 //! The power spectrum of light, and the law that it follows.
 
+#![expect(
+    clippy::doc_markdown,
+    reason = "the formulas are plain text, with subscripts"
+)]
+
 use super::{EnvironmentMap, Luminance};
 use crate::harmonics::{Coefficients, Transform, average_power, cross_power};
 use crate::sphere::Grid;
