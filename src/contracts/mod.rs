@@ -16,6 +16,7 @@ mod beckmann;
 mod colorimetry;
 mod map;
 mod radiance;
+mod reflectance;
 mod spectrum;
 mod sphere;
 mod transform;
@@ -120,6 +121,7 @@ pub fn contracts() -> Vec<Contract> {
         map::contracts(),
         radiance::contracts(),
         spectrum::contracts(),
+        reflectance::contracts(),
     ]
     .concat()
 }

@@ -3,11 +3,15 @@
 //! Directions are in the surface's frame: the normal is +z, every direction is a unit vector that points
 //! away from the surface. The reference text is `docs/ward.md`.
 
+mod batch;
 mod gauss;
+mod horizon;
 pub mod lambert;
 mod material;
 mod slope;
 mod ward;
+mod zonal;
 
 pub use material::{Material, Roughness, presets, presets_as_albedos};
 pub use ward::{HORIZON, MIN_SIGMA, Sample, Variant, Ward};
+pub use zonal::MAX_ZONAL_DEGREE;

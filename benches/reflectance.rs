@@ -1,0 +1,69 @@
+//! What Ward's lobes cost: one evaluation, one sample, a batch, an albedo, 65 zonal coefficients.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use lobes::glam::DVec3;
+use lobes::reflectance::{Variant, Ward};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+const COUNT: usize = 1024;
+
+fn lobe_benches(criterion: &mut Criterion) {
+    let view = DVec3::new(0.6, 0.0, 0.8);
+    for variant in Variant::ALL {
+        let lobe = Ward::isotropic(variant, 0.1).expect("σ is in the domain");
+        let mut rng = Pcg64::seed_from_u64(20_261_122);
+        let numbers: Vec<[f64; 2]> = (0..COUNT).map(|_| [rng.random(), rng.random()]).collect();
+        let lights: Vec<DVec3> = numbers
+            .iter()
+            .map(|&u| lobe.sample(view, u).light)
+            .collect();
+        let mut out = vec![0.0; COUNT];
+
+        let mut group = criterion.benchmark_group(format!("ward/{variant}"));
+        group.throughput(Throughput::Elements(COUNT as u64));
+        group.bench_function("evaluate", |bencher| {
+            bencher.iter(|| {
+                for (value, &light) in out.iter_mut().zip(&lights) {
+                    *value = lobe.evaluate(black_box(view), light);
+                }
+                black_box(out[0])
+            });
+        });
+        group.bench_function("evaluate_batch", |bencher| {
+            bencher.iter(|| {
+                lobe.evaluate_batch(black_box(view), &lights, &mut out)
+                    .expect("the lengths agree");
+                black_box(out[0])
+            });
+        });
+        group.bench_function("sample", |bencher| {
+            bencher.iter(|| {
+                numbers
+                    .iter()
+                    .map(|&u| lobe.sample(black_box(view), u).weight)
+                    .sum::<f64>()
+            });
+        });
+        group.finish();
+
+        let mut group = criterion.benchmark_group(format!("ward/{variant}/integrals"));
+        group.bench_function("albedo", |bencher| {
+            bencher.iter(|| lobe.albedo(black_box(0.5)));
+        });
+        for (name, cosine) in [("normal", 1.0), ("30", 0.866), ("60", 0.5), ("80", 0.17)] {
+            group.bench_function(format!("zonal 65 at {name}"), |bencher| {
+                bencher.iter(|| lobe.zonal(black_box(cosine), 64));
+            });
+        }
+        group.finish();
+    }
+    criterion.bench_function("ward/new sampled", |bencher| {
+        bencher.iter(|| Ward::isotropic(Variant::RadianceSampled, black_box(0.1)));
+    });
+}
+
+criterion_group!(benches, lobe_benches);
+criterion_main!(benches);

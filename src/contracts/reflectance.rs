@@ -1,0 +1,228 @@
+//! Contracts of `reflectance`.
+
+use serde::Deserialize;
+
+use super::{Contract, Metric, Oracle, Snapshots, Tally};
+use crate::Result;
+use crate::reflectance::{Variant, Ward, lambert};
+use glam::DVec3;
+
+pub(super) fn contracts() -> Vec<Contract> {
+    vec![
+        Contract {
+            id: "reflectance/lambert",
+            function: "reflectance::lambert::{transfer, coefficient}",
+            oracle: Oracle::Snapshot("lambert"),
+            domain: "every degree to 256; 511, 512, 1023, 1024",
+            metric: Metric::Relative,
+            bound: 2e-15,
+            why: "a product of l/2 rounded factors, whose errors add as a random walk",
+            loose: None,
+            measure: lambert_kernel,
+        },
+        Contract {
+            id: "reflectance/lobe",
+            function: "Ward::evaluate",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "500 geometries a lobe (200 for RadianceSampled), σ 0.005 … 1, half vectors to 4σ, a third of the views at cosines 10⁻⁶ … 0.1",
+            metric: Metric::Relative,
+            bound: 5e-14,
+            why: "the exponent reaches 16, and multiplies its own rounding",
+            loose: None,
+            measure: |snapshots, tally| lobes(snapshots, tally, "lobe"),
+        },
+        Contract {
+            id: "reflectance/lobe-anisotropic",
+            function: "Ward::evaluate, anisotropic",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "200 geometries a lobe, σ_x and σ_y 0.005 … 1, half vectors to 4σ, a third of the views at cosines 10⁻⁶ … 0.1",
+            metric: Metric::Relative,
+            bound: 5e-14,
+            why: "the exponent reaches 16, and multiplies its own rounding",
+            loose: None,
+            measure: |snapshots, tally| lobes(snapshots, tally, "lobe-anisotropic"),
+        },
+        Contract {
+            id: "reflectance/lobe-batch",
+            function: "Ward::evaluate_batch",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "as reflectance/lobe",
+            metric: Metric::Relative,
+            bound: 5e-14,
+            why: "the exponent reaches 16, and multiplies its own rounding",
+            loose: None,
+            measure: batches,
+        },
+        Contract {
+            id: "reflectance/albedo",
+            function: "Ward::albedo",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "σ 0.005 … 1, view cosines 1 … 10⁻⁶, three lobes",
+            metric: Metric::Relative,
+            bound: 1.5e-13,
+            why: "the branch of √c_i beside the trapezoidal rule's strip where σ cos θ_v nears 1/6",
+            loose: None,
+            measure: albedos,
+        },
+        Contract {
+            id: "reflectance/share-above-horizon",
+            function: "Ward::share_above_horizon",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "σ 0.005 … 1, view cosines 1 … 10⁻⁶",
+            metric: Metric::Relative,
+            bound: 2.5e-15,
+            why: "a dozen error functions, and Gaussian tails cut at 10⁻¹⁷",
+            loose: None,
+            measure: shares,
+        },
+        Contract {
+            id: "reflectance/zonal-normal",
+            function: "Ward::zonal at normal incidence",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "σ 0.005 … 0.5, degrees to 256, four lobes",
+            metric: Metric::Absolute,
+            bound: 4e-15,
+            why: "sums of terms of either sign up to 1",
+            loose: None,
+            measure: |snapshots, tally| zonals(snapshots, tally, "zonal-normal"),
+        },
+        Contract {
+            id: "reflectance/zonal-oblique",
+            function: "Ward::zonal about the mirror direction",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "σ 0.005 … 0.5, view cosines 0.02 … 0.87, degrees to 256, four lobes",
+            metric: Metric::Scaled("b_0"),
+            bound: 1e-13,
+            why: "sums of terms of either sign up to b_0; 10⁻¹² is what the documentation says",
+            loose: None,
+            measure: |snapshots, tally| zonals(snapshots, tally, "zonal-oblique"),
+        },
+    ]
+}
+
+fn lambert_kernel(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Case {
+        degrees: Vec<usize>,
+        transfers: Vec<f64>,
+        coefficients: Vec<f64>,
+    }
+    for case in snapshots.cases::<Case>("lambert", "kernel")? {
+        for (index, &degree) in case.degrees.iter().enumerate() {
+            let at = || format!("l = {degree}");
+            tally.compare(lambert::transfer(degree), case.transfers[index], at);
+            tally.compare(lambert::coefficient(degree), case.coefficients[index], at);
+        }
+    }
+    Ok(())
+}
+
+#[derive(Deserialize)]
+struct Lobes {
+    variant: String,
+    /// `σ_x`, `σ_y`, view, light, value.
+    rows: Vec<[f64; 9]>,
+}
+
+impl Lobes {
+    fn each(&self, mut with: impl FnMut(Ward, DVec3, DVec3, f64) -> Result<()>) -> Result<()> {
+        let variant: Variant = self.variant.parse()?;
+        for &[sigma_x, sigma_y, vx, vy, vz, lx, ly, lz, value] in &self.rows {
+            let lobe = Ward::anisotropic(variant, sigma_x, sigma_y)?;
+            with(lobe, DVec3::new(vx, vy, vz), DVec3::new(lx, ly, lz), value)?;
+        }
+        Ok(())
+    }
+}
+
+fn lobes(snapshots: &Snapshots, tally: &mut Tally, name: &str) -> Result<()> {
+    for case in snapshots.cases::<Lobes>("ward", name)? {
+        case.each(|lobe, view, light, value| {
+            tally.compare(lobe.evaluate(view, light), value, || {
+                where_of(&lobe, view.z)
+            });
+            Ok(())
+        })?;
+    }
+    Ok(())
+}
+
+fn batches(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<Lobes>("ward", "lobe")? {
+        case.each(|lobe, view, light, value| {
+            // Eleven lights: one block of eight and a rest.
+            let mut out = [0.0; 11];
+            lobe.evaluate_batch(view, &[light; 11], &mut out)?;
+            for got in [out[0], out[10]] {
+                tally.compare(got, value, || where_of(&lobe, view.z));
+            }
+            Ok(())
+        })?;
+    }
+    Ok(())
+}
+
+#[derive(Deserialize)]
+struct Albedos {
+    variant: Option<String>,
+    sigma: f64,
+    cosines: Vec<f64>,
+    values: Vec<f64>,
+}
+
+fn albedos(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<Albedos>("ward", "albedo")? {
+        let variant = case.variant.as_deref().unwrap_or_default().parse()?;
+        let lobe = Ward::isotropic(variant, case.sigma)?;
+        for (&cosine, &value) in case.cosines.iter().zip(&case.values) {
+            tally.compare(lobe.albedo(cosine), value, || where_of(&lobe, cosine));
+        }
+    }
+    Ok(())
+}
+
+fn shares(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<Albedos>("ward", "share")? {
+        let lobe = Ward::isotropic(Variant::RadianceSampled, case.sigma)?;
+        for (&cosine, &value) in case.cosines.iter().zip(&case.values) {
+            tally.compare(lobe.share_above_horizon(cosine), value, || {
+                where_of(&lobe, cosine)
+            });
+        }
+    }
+    Ok(())
+}
+
+fn zonals(snapshots: &Snapshots, tally: &mut Tally, name: &str) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Case {
+        variant: String,
+        sigma: f64,
+        cosine: Option<f64>,
+        degrees: Vec<usize>,
+        values: Vec<f64>,
+    }
+    for case in snapshots.cases::<Case>("ward", name)? {
+        let lobe = Ward::isotropic(case.variant.parse()?, case.sigma)?;
+        let cosine = case.cosine.unwrap_or(1.0);
+        let top = case.degrees.iter().copied().max().unwrap_or(0);
+        let got = lobe.zonal(cosine, top)?;
+        for (&degree, &value) in case.degrees.iter().zip(&case.values) {
+            let at = || format!("l = {degree}, {}", where_of(&lobe, cosine));
+            if case.cosine.is_some() {
+                tally.compare_scaled(got[degree], value, case.values[0], at);
+            } else {
+                tally.compare(got[degree], value, at);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn where_of(lobe: &Ward, cosine: f64) -> String {
+    let [x, y] = lobe.sigma();
+    format!(
+        "{}, σ ({x:.4}, {y:.4}), view cosine {cosine:.3e}",
+        lobe.variant()
+    )
+}

@@ -1,0 +1,114 @@
+//! The share of the half-vector sampler's draws that stay above the horizon.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use libm::erfc;
+
+use super::gauss::RULE;
+use super::slope;
+
+/// The share for a view of (sine, cosine), cosine > 0: the mass of a Gaussian of slopes in the disk of
+/// [`slope`](super::slope), the inner integral in closed form.
+pub(super) fn share((sine, cosine): (f64, f64), sigma: f64) -> f64 {
+    let reach = slope::REACH * sigma * cosine;
+    if reach < 1.0 {
+        // The rows fade out before they end: the trapezoidal rule.
+        let step = slope::trapezoid_step(sigma, 0.0);
+        let rows = (slope::REACH * sigma / step).ceil() as usize;
+        let sum: f64 = (0..=rows)
+            .map(|row| {
+                let y = step * row as f64;
+                let sin_psi = (y * cosine).min(1.0);
+                let right = (sine + ((1.0 - sin_psi) * (1.0 + sin_psi)).sqrt()) / cosine;
+                let left = (y * y - 1.0) / right;
+                let inside = 0.5 * (erfc(left / sigma) - erfc(right / sigma));
+                inside * (-(y / sigma) * (y / sigma)).exp() * if row == 0 { 0.5 } else { 1.0 }
+            })
+            .sum();
+        return 2.0 * sum * step / (sigma * PI.sqrt());
+    }
+    // y = sin ψ / c; the Gaussian asks for panels of two σ.
+    let psi_max = (slope::REACH * sigma * cosine).min(1.0).asin();
+    let panels = (psi_max / (slope::PANEL_IN_SIGMA * sigma * cosine).min(0.6))
+        .ceil()
+        .max(1.0);
+    let length = psi_max / panels;
+    let mut sum = 0.0;
+    for panel in 0..panels as usize {
+        for &(node, weight) in RULE.iter() {
+            let (sin_psi, cos_psi) = (length * (panel as f64 + node)).sin_cos();
+            let y = sin_psi / cosine;
+            let right = (sine + cos_psi) / cosine;
+            let left = (y * y - 1.0) / right;
+            let row = 0.5 * (erfc(left / sigma) - erfc(right / sigma));
+            sum += weight * row * cos_psi * (-(y / sigma) * (y / sigma)).exp();
+        }
+    }
+    2.0 * sum * length / (cosine * sigma * PI.sqrt())
+}
+
+/// Chebyshev terms of a piece.
+const TERMS: usize = 16;
+/// Pieces of the table.
+const PIECES: usize = 8;
+
+/// [`share`] of one σ, tabled over the tangent of half the elevation: what an evaluation can afford.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Horizon {
+    /// The share is 1 from here on, but for e^(−1/σ²) where the table ends at 1.
+    end: f64,
+    pieces: Arc<[[f64; TERMS]; PIECES]>,
+}
+
+impl Horizon {
+    pub(super) fn new(sigma: f64) -> Self {
+        let end = (slope::REACH * sigma).min(1.0);
+        let mut pieces = [[0.0; TERMS]; PIECES];
+        for (index, piece) in pieces.iter_mut().enumerate() {
+            let values: [f64; TERMS] = std::array::from_fn(|k| {
+                let u = (PI * (k as f64 + 0.5) / TERMS as f64).cos();
+                let tan_half = end * (index as f64 + 0.5 * (1.0 + u)) / PIECES as f64;
+                let norm = 1.0 + tan_half * tan_half;
+                share(
+                    (
+                        (1.0 - tan_half) * (1.0 + tan_half) / norm,
+                        2.0 * tan_half / norm,
+                    ),
+                    sigma,
+                )
+            });
+            for (j, term) in piece.iter_mut().enumerate() {
+                let sum: f64 = values
+                    .iter()
+                    .enumerate()
+                    .map(|(k, value)| {
+                        value * (PI * j as f64 * (k as f64 + 0.5) / TERMS as f64).cos()
+                    })
+                    .sum();
+                *term = sum * if j == 0 { 1.0 } else { 2.0 } / TERMS as f64;
+            }
+        }
+        Self {
+            end,
+            pieces: Arc::new(pieces),
+        }
+    }
+
+    pub(super) fn share(&self, cosine: f64) -> f64 {
+        let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+        let tan_half = cosine / (1.0 + sine);
+        if tan_half >= self.end && self.end < 1.0 {
+            return 1.0;
+        }
+        let place = (tan_half / self.end).min(1.0) * PIECES as f64;
+        let index = (place as usize).min(PIECES - 1);
+        let u = 2.0 * (place - index as f64) - 1.0;
+        // Clenshaw's sum.
+        let (mut next, mut after) = (0.0, 0.0);
+        for &term in self.pieces[index][1..].iter().rev() {
+            (next, after) = (2.0 * u * next - after + term, next);
+        }
+        u * next - after + self.pieces[index][0]
+    }
+}
