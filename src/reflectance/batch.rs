@@ -12,7 +12,7 @@ const LANES: usize = 8;
 pub(super) struct Block {
     pub variant: Variant,
     pub inverse_sigma: [f64; 2],
-    /// 1/(4π σ_x σ_y), and what else does not depend on the light.
+    /// 1/(4π `σ_x` `σ_y`), and what else does not depend on the light.
     pub scale: f64,
     pub view: DVec3,
 }

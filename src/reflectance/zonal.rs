@@ -11,7 +11,7 @@ use crate::{Error, Result};
 pub const MAX_ZONAL_DEGREE: usize = 1024;
 
 impl Ward {
-    /// The zonal coefficients `b_0 … b_lmax` at ρ_s = 1, `b_l = ∫ f c_i P_l(i·r) dω`, about the mirror direction r of a
+    /// The zonal coefficients `b_0 … b_lmax` at `ρ_s` = 1, `b_l = ∫ f c_i P_l(i·r) dω`, about the mirror direction r of a
     /// view at this cosine from the normal.
     ///
     /// At normal incidence r is the normal, and the lobe acts on light as `B_lm = b_l L_lm`; `b_0` is the albedo. At
