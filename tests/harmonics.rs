@@ -1,7 +1,8 @@
 //! Transforms, values and spectra against closed forms and against one another.
 
-use lobes::glam::DVec3;
-use lobes::harmonics::{Coefficients, Transform, average_power, evaluate, evaluate_all};
+use lobes::Parallelism;
+use lobes::glam::{DQuat, DVec3};
+use lobes::harmonics::{Coefficients, Rotation, Transform, average_power, evaluate, evaluate_all};
 use lobes::sphere::{Grid, Rule};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -127,4 +128,65 @@ fn parseval_and_power() {
         .sum();
     assert!((integral / f.energy() - 1.0).abs() < 1e-13);
     assert!((power / f.energy() - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn rotation_moves_the_function() {
+    for (degree, turn) in [
+        (0, DQuat::IDENTITY),
+        (1, DQuat::from_rotation_y(0.3)),
+        (7, DQuat::from_rotation_z(1.0)),
+        (8, DQuat::from_rotation_x(std::f64::consts::PI)),
+        (9, DQuat::from_xyzw(0.1, -2.0, 0.4, 0.7)),
+        (16, DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1e-3)),
+        (33, DQuat::from_axis_angle(DVec3::new(0.48, 0.64, 0.6), 2.5)),
+    ] {
+        let f = random(degree, degree, 3);
+        let g = f.rotated(turn).unwrap();
+        let unit = turn.normalize();
+        let mut generator = Pcg64::seed_from_u64(4);
+        for _ in 0..10 {
+            let d = DVec3::from_array(std::array::from_fn(|_| generator.random_range(-1.0..1.0)));
+            let difference = evaluate(&g, unit * d).unwrap() - evaluate(&f, d).unwrap();
+            assert!(
+                difference.abs() < 2e-14 * (degree + 1) as f64,
+                "degree {degree}: {difference:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn rotation_there_and_back() {
+    for (degree, bound) in [(64, 1e-14), (255, 5e-14), (300, 5e-14)] {
+        let f = random(degree, degree, 5);
+        let plan = Rotation::new(degree).unwrap();
+        for turn in [
+            DQuat::from_xyzw(0.3, 0.5, -0.2, 0.8),
+            DQuat::from_xyzw(1e-4, 1e-7, 0.2, 0.8),
+            DQuat::from_xyzw(0.9, 1e-9, 0.1, 0.0),
+        ] {
+            let g = plan.rotate(&f, turn, Parallelism::Rayon).unwrap();
+            assert_eq!(g, plan.rotate(&f, turn, Parallelism::Sequential).unwrap());
+            for (a, b) in average_power(&f).iter().zip(average_power(&g)) {
+                assert!((b / a - 1.0).abs() < bound);
+            }
+            let back = plan
+                .rotate(&g, turn.conjugate(), Parallelism::Sequential)
+                .unwrap();
+            let error = largest_difference(f.as_slice(), back.as_slice());
+            assert!(error < 4.0 * bound, "degree {degree}: {error:e}");
+        }
+        let (a, b) = (
+            DQuat::from_xyzw(0.3, 0.5, -0.2, 0.8),
+            DQuat::from_xyzw(0.1, -0.5, 0.3, 0.6),
+        );
+        let one = plan
+            .rotate(&f, (a * b).normalize(), Parallelism::Sequential)
+            .unwrap();
+        let two = plan.rotate(&f, b, Parallelism::Sequential).unwrap();
+        let two = plan.rotate(&two, a, Parallelism::Sequential).unwrap();
+        let error = largest_difference(one.as_slice(), two.as_slice());
+        assert!(error < 20.0 * bound, "degree {degree}: {error:e}");
+    }
 }

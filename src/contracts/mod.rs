@@ -14,6 +14,7 @@ mod table;
 mod basis;
 mod beckmann;
 mod colorimetry;
+mod legendre;
 mod map;
 mod radiance;
 mod reflectance;
@@ -115,6 +116,7 @@ pub fn contracts() -> Vec<Contract> {
     [
         sphere::contracts(),
         basis::contracts(),
+        legendre::contracts(),
         transform::contracts(),
         beckmann::contracts(),
         colorimetry::contracts(),

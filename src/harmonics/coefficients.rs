@@ -148,6 +148,13 @@ impl Coefficients {
         &mut self.values[range]
     }
 
+    /// The cosine and the sine column of one order, to change.
+    pub fn pair_mut(&mut self, m: usize) -> (&mut [f64], &mut [f64]) {
+        let (cosine, sine) = self.columns(m);
+        let middle = cosine.len();
+        self.values[cosine.start..sine.end].split_at_mut(middle)
+    }
+
     fn columns(&self, m: usize) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
         if m > self.orders {
             return (0..0, 0..0);

@@ -8,7 +8,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f64x4, f64x8};
 
-use super::recurrence::{EQUATORIAL, Entry, Form, Lanes, Octet, PLAIN, POLAR, Recurrence, Step};
+use super::recurrence::{
+    EQUATORIAL, Entry, Form, LANES, Lanes, Octet, PLAIN, POLAR, Recurrence, Step,
+};
 
 /// North cosine, north sine, south cosine, south sine of eight ring pairs.
 pub(crate) type Quad = [Lanes; 4];
@@ -234,6 +236,12 @@ fn weigh<S: Simd, const WIDTH: usize, const MAPS: usize>(
     totals
 }
 
+/// Whether a machine with vectors of so many lanes has registers for a block: three maps leave room for two octets of AVX-512, and
+/// narrower machines hold one octet.
+const fn fits(lanes: usize, width: usize, maps: usize) -> bool {
+    width == 1 || (lanes == LANES && width * maps <= 6)
+}
+
 /// Runs a kernel on all blocks of octets: the widest first, then what is left. Three maps fill the registers with two octets.
 macro_rules! over_blocks {
     ($kernel:ident, [$($width:literal),+], $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:ident) => {
@@ -241,23 +249,20 @@ macro_rules! over_blocks {
             let form = $recurrence.octets[range.start].form;
             let mut first = range.start;
             while first < range.end {
-                first += match (range.end - first, form) {
-                    $(
-                        ($width.., Form::Plain) if $width * MAPS <= 6 => {
-                            $simd.vectorize(#[inline(always)] || $kernel::<S, $width, MAPS, PLAIN>($simd, $recurrence, $m, first, $a, $b));
-                            $width
+                let left = range.end - first;
+                $(
+                    if const { fits(S::f64s::LEN, $width, MAPS) } {
+                        if left >= $width {
+                            match form {
+                                Form::Plain => $simd.vectorize(#[inline(always)] || $kernel::<S, $width, MAPS, PLAIN>($simd, $recurrence, $m, first, $a, $b)),
+                                Form::Polar => $simd.vectorize(#[inline(always)] || $kernel::<S, $width, MAPS, POLAR>($simd, $recurrence, $m, first, $a, $b)),
+                                Form::Equatorial => $simd.vectorize(#[inline(always)] || $kernel::<S, $width, MAPS, EQUATORIAL>($simd, $recurrence, $m, first, $a, $b)),
+                            }
+                            first += $width;
+                            continue;
                         }
-                        ($width.., Form::Polar) if $width * MAPS <= 6 => {
-                            $simd.vectorize(#[inline(always)] || $kernel::<S, $width, MAPS, POLAR>($simd, $recurrence, $m, first, $a, $b));
-                            $width
-                        }
-                        ($width.., Form::Equatorial) if $width * MAPS <= 6 => {
-                            $simd.vectorize(#[inline(always)] || $kernel::<S, $width, MAPS, EQUATORIAL>($simd, $recurrence, $m, first, $a, $b));
-                            $width
-                        }
-                    )+
-                    (left, _) => left,
-                };
+                    }
+                )+
             }
         }
     };

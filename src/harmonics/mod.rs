@@ -17,11 +17,15 @@ pub mod legendre;
 mod point;
 mod recurrence;
 mod ring_fft;
+mod rotation;
+mod simd;
 mod spectrum;
 mod transform;
+mod wide_double;
 mod work;
 
 pub use coefficients::{Coefficients, coefficient_count};
-pub use point::{evaluate, evaluate_all};
+pub use point::{Basis, MAX_BASIS_DEGREE, evaluate, evaluate_all};
+pub use rotation::{MAX_ROTATION_DEGREE, Rotation};
 pub use spectrum::{average_power, convolve_zonal, cross_power, deconvolve_zonal, zonal_factor};
 pub use transform::{MAX_DEGREE, Transform};

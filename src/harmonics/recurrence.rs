@@ -11,8 +11,9 @@
 //! without cancellation from s² and x².
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, f64x8};
+use fearless_simd::{Level, f64x8};
 
+use super::simd::wide;
 use crate::sphere::Grid;
 use crate::sphere::double_double::DoubleDouble;
 
@@ -136,7 +137,7 @@ impl Recurrence {
                 let steps = &recurrence.steps[start..];
                 let scales = &recurrence.scales[start..];
                 let first = mantissas.map(|p| p.to_f64() * factor);
-                dispatch!(level, simd => enter(simd, octet, steps, scales, first, *exponents, &mut recurrence.entries));
+                wide!(level, simd => enter(simd, octet, steps, scales, first, *exponents, &mut recurrence.entries));
                 recurrence
                     .entry_starts
                     .push(recurrence.entries.len() as u32);

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, f64x8};
+use fearless_simd::{Level, f64x8};
 
 use super::coefficients::{Coefficients, coefficient_count, column_start};
 use super::kernel::{self, Quad};
 use super::recurrence::{LANES, Lanes, Recurrence};
 use super::ring_fft::{Element, RingFft, transpose};
+use super::simd::wide;
 use super::work::{Slots, over_chunks, over_octets, over_orders};
 use crate::error::{check_finite, check_length};
 use crate::sphere::Grid;
@@ -356,7 +357,7 @@ impl Plan {
         // Order by order: coefficients to the cosine and sine sums of every ring, [m][map][octet].
         over_chunks(parallelism, spectra, MAPS * octets, |m, out| {
             slots.with(|slot| {
-                dispatch!(self.level, simd => self.synthesise_order::<_, MAPS>(simd, m, sets, out, slot));
+                wide!(self.level, simd => self.synthesise_order::<_, MAPS>(simd, m, sets, out, slot));
             });
         });
         // Sixteen rings after another: those sums to samples.
@@ -369,7 +370,7 @@ impl Plan {
                 |octet, north, south| {
                     let sums = &spectra[index * octets + octet..];
                     slots.with(|slot| {
-                    dispatch!(self.level, simd => self.synthesise_rows(simd, sums, MAPS * octets, north, south, slot));
+                    wide!(self.level, simd => self.synthesise_rows(simd, sums, MAPS * octets, north, south, slot));
                 });
                 },
             );
@@ -514,7 +515,7 @@ impl Plan {
             let (map, octet) = (index / octets, index % octets);
             let map = &maps[map * self.grid.len()..][..self.grid.len()];
             slots.with(|slot| {
-                dispatch!(self.level, simd => self.analyse_rows(simd, octet, map, out, slot));
+                wide!(self.level, simd => self.analyse_rows(simd, octet, map, out, slot));
             });
         });
         // Order by order: those sums to coefficients.
@@ -528,7 +529,7 @@ impl Plan {
             &|m| (self.degree + 1 - m) * if m == 0 { 1 } else { 2 },
             &|m, columns| {
                 slots.with(|slot| {
-                    dispatch!(self.level, simd => self.analyse_order::<_, MAPS>(simd, m, spectra, columns, slot));
+                    wide!(self.level, simd => self.analyse_order::<_, MAPS>(simd, m, spectra, columns, slot));
                 });
             },
         );

@@ -1,0 +1,175 @@
+//! Transforms, rotation and values at directions: `cargo bench --bench harmonics`.
+//!
+//! With `peers` as its only argument it answers `scripts/bench-peers` instead: one line asks for `operation degree batch threads
+//! repeats`, one line answers with the shortest time in seconds and a few values of the result.
+
+use std::hint::black_box;
+use std::io::{BufRead, Write};
+use std::time::{Duration, Instant};
+
+use criterion::{BenchmarkId, Criterion};
+use lobes::Parallelism;
+use lobes::glam::{DQuat, DVec3};
+use lobes::harmonics::{Basis, Coefficients, Rotation, Transform};
+use lobes::sphere::Grid;
+
+/// Numbers in [−1, 1) that `scripts/bench-peers` makes too.
+fn numbers(seed: u64, count: usize) -> Vec<f64> {
+    let mut state = seed;
+    (0..count)
+        .map(|_| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 * f64::EPSILON - 1.0
+        })
+        .collect()
+}
+
+fn directions(count: usize) -> Vec<DVec3> {
+    numbers(7, 3 * count)
+        .as_chunks()
+        .0
+        .iter()
+        .map(|d| DVec3::from_array(*d).normalize())
+        .collect()
+}
+
+fn turn() -> DQuat {
+    DQuat::from_rotation_z(0.3) * DQuat::from_rotation_y(0.7) * DQuat::from_rotation_z(1.1)
+}
+
+/// One operation, ready to run.
+fn operation(
+    name: &str,
+    degree: usize,
+    batch: usize,
+    parallelism: Parallelism,
+) -> lobes::Result<Box<dyn FnMut() -> f64>> {
+    let count = (degree + 1).pow(2);
+    Ok(match name {
+        "synthesis" | "analysis" => {
+            let transform =
+                Transform::new(&Grid::gauss_legendre(degree + 1, 2 * degree + 2)?, degree)?;
+            let mut sets = numbers(1, batch * count);
+            let mut maps = vec![0.0; batch * transform.grid().len()];
+            let mut scratch = vec![0.0; transform.scratch_len(batch)];
+            transform.synthesise_into(batch, &sets, &mut maps, &mut scratch, parallelism)?;
+            if name == "synthesis" {
+                Box::new(move || {
+                    transform
+                        .synthesise_into(batch, &sets, &mut maps, &mut scratch, parallelism)
+                        .map_or(f64::NAN, |()| maps[maps.len() / 3])
+                })
+            } else {
+                Box::new(move || {
+                    transform
+                        .analyse_into(batch, &maps, &mut sets, &mut scratch, parallelism)
+                        .map_or(f64::NAN, |()| sets[sets.len() / 3])
+                })
+            }
+        }
+        "rotation" => {
+            let plan = Rotation::new(degree)?;
+            let f = Coefficients::from_vec(degree, degree, numbers(1, count))?;
+            Box::new(move || {
+                plan.rotate(&f, turn(), parallelism)
+                    .map_or(f64::NAN, |g| g.get(degree, (degree / 2) as isize))
+            })
+        }
+        "values" => {
+            let basis = Basis::new(degree)?;
+            let directions = directions(batch);
+            let mut out = vec![0.0; batch * count];
+            Box::new(move || {
+                basis
+                    .values(&directions, &mut out, parallelism)
+                    .map_or(f64::NAN, |()| out[out.len() / 3])
+            })
+        }
+        "gradients" => {
+            let basis = Basis::new(degree)?;
+            let directions = directions(batch);
+            let f = Coefficients::from_vec(degree, degree, numbers(1, count))?;
+            let mut out = vec![(0.0, DVec3::ZERO); batch];
+            Box::new(move || {
+                basis
+                    .gradients(&f, &directions, &mut out, parallelism)
+                    .map_or(f64::NAN, |()| out[batch / 3].0)
+            })
+        }
+        other => {
+            return Err(lobes::Error::Unanswerable(format!(
+                "there is no operation {other:?}"
+            )));
+        }
+    })
+}
+
+/// Answers `scripts/bench-peers` until its input ends.
+fn serve() -> Result<(), Box<dyn std::error::Error>> {
+    let mut cache: Option<(String, Box<dyn FnMut() -> f64>)> = None;
+    for line in std::io::stdin().lock().lines() {
+        let line = line?;
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let [name, degree, batch, threads, repeats] = words[..] else {
+            return Err(format!("{line:?} is not a question").into());
+        };
+        let key = format!("{name} {degree} {batch} {threads}");
+        if cache.as_ref().is_none_or(|(k, _)| *k != key) {
+            let parallelism = if threads == "1" {
+                Parallelism::Sequential
+            } else {
+                Parallelism::Rayon
+            };
+            cache = None;
+            let run = operation(name, degree.parse()?, batch.parse()?, parallelism)?;
+            cache = Some((key, run));
+        }
+        let Some((_, run)) = &mut cache else { continue };
+        let mut best = Duration::MAX;
+        let mut value = 0.0;
+        for _ in 0..repeats.parse()? {
+            let start = Instant::now();
+            value = black_box(run());
+            best = best.min(start.elapsed());
+        }
+        println!("{:e} {value:?}", best.as_secs_f64());
+        std::io::stdout().flush()?;
+    }
+    Ok(())
+}
+
+fn benchmark(criterion: &mut Criterion) {
+    for (name, degrees) in [
+        ("synthesis", &[63, 255, 1023][..]),
+        ("analysis", &[63, 255, 1023]),
+        ("rotation", &[64, 256]),
+    ] {
+        let mut group = criterion.benchmark_group(name);
+        group.sample_size(10);
+        for &degree in degrees {
+            let Ok(mut run) = operation(name, degree, 1, Parallelism::Sequential) else {
+                continue;
+            };
+            group.bench_function(BenchmarkId::from_parameter(degree), |b| b.iter(&mut run));
+        }
+    }
+    let mut group = criterion.benchmark_group("values at 1000 directions");
+    for degree in [8, 16, 45] {
+        let Ok(mut run) = operation("values", degree, 1000, Parallelism::Sequential) else {
+            continue;
+        };
+        group.bench_function(BenchmarkId::from_parameter(degree), |b| b.iter(&mut run));
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    if std::env::args().nth(1).as_deref() == Some("peers") {
+        return serve();
+    }
+    let mut criterion = Criterion::default().configure_from_args();
+    benchmark(&mut criterion);
+    criterion.final_summary();
+    Ok(())
+}
