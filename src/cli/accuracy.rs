@@ -1,0 +1,38 @@
+//! `lobes accuracy`: what was promised and what is measured.
+
+use std::path::Path;
+
+use crate::cli::arguments::Accuracy;
+use crate::contracts::{Snapshots, measure_all, print};
+use crate::{Error, Parallelism, Result};
+
+pub(super) fn run(options: &Accuracy) -> Result<()> {
+    let snapshots = match &options.snapshots {
+        Some(folder) if folder.is_dir() => Snapshots::new(folder),
+        Some(folder) => {
+            return Err(Error::file(
+                folder,
+                "there is no such folder",
+                "name the folder of the oracles' snapshots",
+            ));
+        }
+        None => Snapshots::find(Path::new("."))?,
+    };
+    let measured = measure_all(&snapshots, Parallelism::Rayon);
+    print!("{}", print(&snapshots, &measured));
+    let broken = measured
+        .iter()
+        .filter(|(contract, result)| match result {
+            Ok(measurement) => contract.verdict(measurement).is_some(),
+            Err(_) => true,
+        })
+        .count();
+    if broken == 0 {
+        Ok(())
+    } else {
+        Err(Error::Unanswerable(format!(
+            "{broken} of {} contracts do not hold here; `cargo test --test contracts` says how",
+            measured.len()
+        )))
+    }
+}

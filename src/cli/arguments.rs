@@ -1,0 +1,135 @@
+//! The command line as it is read.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::features::Continuation;
+use crate::reflectance::Variant;
+use crate::sphere::Mapping;
+
+/// Reflectance in the frequency domain: what a surface is, from what it does to natural light.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100)]
+pub(super) struct Arguments {
+    /// How many threads to use [default: one a core].
+    #[arg(long, short, global = true, value_name = "N")]
+    pub(super) jobs: Option<NonZeroUsize>,
+    #[command(subcommand)]
+    pub(super) verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Verb {
+    /// The paper's figures and accuracy table, as a page, from maps of real light.
+    Reproduce(Reproduce),
+    /// Power spectra of light: the k / l^(2+η) fit, whiteness, and what clipping does.
+    Spectrum(Spectrum),
+    /// Spheres of one or all materials under a map, as PNG and EXR.
+    Render(Render),
+    /// The accuracy contracts, measured: the contents of ACCURACY.md.
+    Accuracy(Accuracy),
+}
+
+/// Where light comes from.
+#[derive(Debug, Args)]
+pub(super) struct Lights {
+    /// A folder of environment maps (.hdr, .exr, .pfm) instead of the built-in ones.
+    #[arg(long, value_name = "DIR")]
+    pub(super) illuminations: Option<PathBuf>,
+    /// How the maps' pixels lie on the sphere, where their shape does not tell: lat-long,
+    /// angular-map, mirror-ball, vertical-cross or horizontal-cross.
+    #[arg(long, value_name = "NAME")]
+    pub(super) mapping: Option<Mapping>,
+}
+
+/// What spheres are made of.
+#[derive(Debug, Args)]
+pub(super) struct Materials {
+    /// A TOML file of materials instead of the eight presets; see docs/materials.md.
+    #[arg(long, value_name = "FILE")]
+    pub(super) materials: Option<PathBuf>,
+    /// Read the presets' numbers as albedos ρ_d and ρ_s, not as Radiance's arguments.
+    #[arg(long, conflicts_with = "materials")]
+    pub(super) as_albedos: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Reproduce {
+    #[command(flatten)]
+    pub(super) lights: Lights,
+    #[command(flatten)]
+    pub(super) materials: Materials,
+    /// The specular lobe: ward1992, duer, gmd or sampled; may be repeated.
+    #[arg(long = "lobe", value_name = "NAME", default_value = "sampled")]
+    pub(super) lobes: Vec<Variant>,
+    /// What stands behind the sphere in the page's figures: mirror, half-turn or zero.
+    #[arg(long, value_name = "NAME", default_value_t = Continuation::Mirror)]
+    pub(super) continuation: Continuation,
+    /// Pixels along an image's side.
+    #[arg(long, value_name = "PIXELS", default_value_t = 128)]
+    pub(super) size: usize,
+    /// Where the page and its files go.
+    #[arg(long, value_name = "DIR", default_value = "report")]
+    pub(super) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Spectrum {
+    /// Environment maps (.hdr, .exr, .pfm); without any, the built-in ones.
+    pub(super) files: Vec<PathBuf>,
+    /// How the maps' pixels lie on the sphere, where their shape does not tell.
+    #[arg(long, value_name = "NAME")]
+    pub(super) mapping: Option<Mapping>,
+    /// The largest degree.
+    #[arg(long, value_name = "L", default_value_t = 128)]
+    pub(super) degree: usize,
+    /// The plot of the spectra, as SVG.
+    #[arg(long, value_name = "FILE", default_value = "spectrum.svg")]
+    pub(super) plot: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Render {
+    #[command(flatten)]
+    pub(super) materials: Materials,
+    /// The light: the name of a built-in map or a file.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) light: String,
+    /// How the light's pixels lie on the sphere, where the shape does not tell.
+    #[arg(long, value_name = "NAME")]
+    pub(super) mapping: Option<Mapping>,
+    /// The material's name; without it, all of them.
+    #[arg(long, value_name = "NAME")]
+    pub(super) material: Option<String>,
+    /// The specular lobe.
+    #[arg(long, value_name = "NAME", default_value = "sampled")]
+    pub(super) lobe: Variant,
+    /// Pixels along the image's side.
+    #[arg(long, value_name = "PIXELS", default_value_t = 128)]
+    pub(super) size: usize,
+    /// The relative error to stay under.
+    #[arg(long, value_name = "ERROR", default_value_t = 1e-3)]
+    pub(super) tolerance: f64,
+    /// The camera's height above the horizon, in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(super) elevation: f64,
+    /// The camera's azimuth: 0 looks along −z, and it grows to the left.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(super) azimuth: f64,
+    /// A perspective camera at this many radii from the centre, instead of an orthographic one.
+    #[arg(long, value_name = "RADII")]
+    pub(super) distance: Option<f64>,
+    /// Where the images go.
+    #[arg(long, value_name = "DIR", default_value = "spheres")]
+    pub(super) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Accuracy {
+    /// The folder of the oracles' snapshots; by default oracles/snapshots of the repository that
+    /// holds the current folder.
+    #[arg(long, value_name = "DIR")]
+    pub(super) snapshots: Option<PathBuf>,
+}
