@@ -113,10 +113,20 @@ pub(super) struct Render {
     #[arg(long, value_name = "ERROR", default_value_t = 1e-3)]
     pub(super) tolerance: f64,
     /// The camera's height above the horizon, in degrees.
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(super) elevation: f64,
     /// The camera's azimuth: 0 looks along −z, and it grows to the left.
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub(super) azimuth: f64,
     /// A perspective camera at this many radii from the centre, instead of an orthographic one.
     #[arg(long, value_name = "RADII")]

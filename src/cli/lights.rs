@@ -1,8 +1,8 @@
 //! The maps that a verb works on.
 
+use crate::Result;
 use crate::cli::arguments::Lights;
 use crate::illumination::{EnvironmentMap, builtin, read_folder};
-use crate::Result;
 
 /// The maps of `--illuminations`, or the built-in ones.
 pub(super) fn load(lights: &Lights) -> Result<Vec<EnvironmentMap>> {

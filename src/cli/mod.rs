@@ -1,5 +1,10 @@
 //! The `lobes` command: verbs, arguments, exit codes.
 
+#![expect(
+    clippy::doc_markdown,
+    reason = "the help's formulas are plain text, with subscripts"
+)]
+
 mod accuracy;
 mod arguments;
 mod lights;

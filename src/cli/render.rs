@@ -35,8 +35,13 @@ pub(super) fn run(options: &Render) -> Result<()> {
     };
     let renderer = Renderer::new(&map, Parallelism::Rayon)?;
     for material in &materials {
-        let rendering =
-            renderer.render(material, options.lobe, &camera, &settings, Parallelism::Rayon)?;
+        let rendering = renderer.render(
+            material,
+            options.lobe,
+            &camera,
+            &settings,
+            Parallelism::Rayon,
+        )?;
         let image = rendering.image;
         let stem = slug(material.name());
         // A white sphere in light of mean radiance L shows about L; half of white leaves room above.
@@ -46,10 +51,7 @@ pub(super) fn run(options: &Render) -> Result<()> {
             format!("{stem}.png"),
             encode_png(options.size, options.size, exposure, pixel)?,
         );
-        output.add(
-            format!("{stem}.exr"),
-            sphere_exr(&image)?,
-        );
+        output.add(format!("{stem}.exr"), sphere_exr(&image)?);
         println!(
             "{}: relative error {:.1e} (estimated)",
             material.name(),
@@ -57,15 +59,26 @@ pub(super) fn run(options: &Render) -> Result<()> {
         );
     }
     output.commit()?;
-    println!("wrote {} images to {}", 2 * materials.len(), options.out.display());
+    println!(
+        "wrote {} images to {}",
+        2 * materials.len(),
+        options.out.display()
+    );
     Ok(())
 }
 
 /// The camera that the options describe.
 fn camera(options: &Render) -> Result<Camera> {
-    for (what, value) in [("the elevation", options.elevation), ("the azimuth", options.azimuth)] {
+    for (what, value) in [
+        ("the elevation", options.elevation),
+        ("the azimuth", options.azimuth),
+    ] {
         if !value.is_finite() {
-            return Err(Error::Domain { what, value, allowed: "a finite angle" });
+            return Err(Error::Domain {
+                what,
+                value,
+                allowed: "a finite angle",
+            });
         }
     }
     let (sin_elevation, cos_elevation) = options.elevation.to_radians().sin_cos();

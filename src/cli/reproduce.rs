@@ -15,7 +15,8 @@ use crate::illumination::{EnvironmentMap, LightSpectrum, Luminance};
 use crate::reflectance::{Material, Variant};
 use crate::reflection::{Settings, SphereImage};
 use crate::report::{
-    AccuracyFile, AccuracyRow, NamedConfusion, Page, Figure, confusion_matrix, encode_png, feature_plane, light_spectra,
+    AccuracyFile, AccuracyRow, Figure, NamedConfusion, Page, confusion_matrix, encode_png,
+    feature_plane, light_spectra,
 };
 use crate::{Error, Parallelism, Result};
 
@@ -80,8 +81,15 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
         bar.finish_and_clear();
         for continuation in CONTINUATIONS {
             let features = features(&data, continuation)?;
-            let chosen = continuation == options.continuation && Some(&lobe) == options.lobes.first();
-            rows.extend(nearest_neighbour(&data, &features, lobe, continuation, chosen)?);
+            let chosen =
+                continuation == options.continuation && Some(&lobe) == options.lobes.first();
+            rows.extend(nearest_neighbour(
+                &data,
+                &features,
+                lobe,
+                continuation,
+                chosen,
+            )?);
             if chosen {
                 first = Some((data.clone(), features));
             }
@@ -102,14 +110,18 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
     json.push('\n');
     output.add("accuracy.json", json);
     let page = write_page(
-        &mut output, options, &rows, &maps, &spectra, &materials, &data, &features,
+        &mut output,
+        options,
+        &rows,
+        &maps,
+        &spectra,
+        &materials,
+        &data,
+        &features,
     )?;
     output.add("index.html", page);
     output.commit()?;
-    println!(
-        "wrote {}",
-        options.out.join("index.html").display()
-    );
+    println!("wrote {}", options.out.join("index.html").display());
     Ok(())
 }
 
@@ -224,7 +236,7 @@ fn paper_rows() -> Vec<Vec<String>> {
 
 fn table(rows: &[Row]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_style(presets::UTF8_NO_BORDERS);
     table.set_header(HEADINGS.map(|h| h.trim_end_matches('#')));
     for row in rows {
         table.add_row(columns(&row.row));
@@ -241,7 +253,10 @@ fn table(rows: &[Row]) -> Table {
 }
 
 /// Adds the page's pictures to the output and gives the page.
-#[expect(clippy::too_many_arguments, reason = "the page shows all that the verb has made")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the page shows all that the verb has made"
+)]
 fn write_page(
     output: &mut OutputFolder,
     options: &Reproduce,
@@ -293,7 +308,12 @@ fn write_page(
             .row
             .confusions
             .iter()
-            .map(|c| ("", vec![c.illumination.clone(), c.truth.clone(), c.said.clone()]))
+            .map(|c| {
+                (
+                    "",
+                    vec![c.illumination.clone(), c.truth.clone(), c.said.clone()],
+                )
+            })
             .collect();
         page.table(&["illumination", "truth", "said"], &wrong);
     }
@@ -330,7 +350,10 @@ fn write_page(
     );
     page.figure(&Figure {
         path: "figures/plane.svg".into(),
-        caption: vec![format!("One symbol an image; unseen half: {}", options.continuation)],
+        caption: vec![format!(
+            "One symbol an image; unseen half: {}",
+            options.continuation
+        )],
     });
 
     page.heading("The spheres (Figure 3)");
@@ -344,16 +367,19 @@ fn write_page(
     let mut pictures = Vec::new();
     for observation in data.observations.iter().filter(|o| o.illumination == shown) {
         let material = &materials[observation.material];
-        let stem = format!("spheres/{:02}-{}", observation.material + 1, slug(material.name()));
+        let stem = format!(
+            "spheres/{:02}-{}",
+            observation.material + 1,
+            slug(material.name())
+        );
         let size = observation.image.size();
         output.add(
             format!("{stem}.png"),
-            encode_png(size, size, 1.0, |row, column| observation.image.get(row, column))?,
+            encode_png(size, size, 1.0, |row, column| {
+                observation.image.get(row, column)
+            })?,
         );
-        output.add(
-            format!("{stem}.exr"),
-            sphere_exr(&observation.image)?,
-        );
+        output.add(format!("{stem}.exr"), sphere_exr(&observation.image)?);
         pictures.push(Figure {
             path: format!("{stem}.png"),
             caption: vec![
@@ -373,15 +399,15 @@ fn write_page(
     let mut pictures = Vec::new();
     for (i, (map, spectrum)) in maps.iter().zip(spectra).enumerate() {
         let path = format!("illuminations/{:02}-{}.png", i + 1, slug(map.name()));
-        output.add(
-            path.clone(),
-            thumbnail(map)?,
-        );
+        output.add(path.clone(), thumbnail(map)?);
         pictures.push(Figure {
             path,
             caption: vec![
                 map.name().to_owned(),
-                format!("η = {:.2} ± {:.2}", spectrum.law.eta, spectrum.law.eta_error),
+                format!(
+                    "η = {:.2} ± {:.2}",
+                    spectrum.law.eta, spectrum.law.eta_error
+                ),
             ],
         });
     }
@@ -404,7 +430,10 @@ fn thumbnail(map: &EnvironmentMap) -> Result<Vec<u8>> {
     encode_png(width, height, exposure, |row, column| {
         // The mean of the pixels under this one, of at least one.
         let (row0, row1) = (row * rows / height, ((row + 1) * rows).div_ceil(height));
-        let (column0, column1) = (column * columns / width, ((column + 1) * columns).div_ceil(width));
+        let (column0, column1) = (
+            column * columns / width,
+            ((column + 1) * columns).div_ceil(width),
+        );
         let mut sum = [0.0; 3];
         for row in row0..row1 {
             for column in column0..column1 {

@@ -56,9 +56,14 @@ pub(super) fn median_eta(spectra: &[LightSpectrum]) -> f64 {
     etas[etas.len() / 2]
 }
 
+/// A number with so many decimals, or a dash where there is none.
+fn number(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(|| "–".into(), |value| format!("{value:.decimals$}"))
+}
+
 fn table(maps: &[EnvironmentMap], spectra: &[LightSpectrum]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_style(presets::UTF8_NO_BORDERS);
     table.set_header([
         "map",
         "η",
@@ -76,10 +81,10 @@ fn table(maps: &[EnvironmentMap], spectra: &[LightSpectrum]) -> Table {
             map.name().to_owned(),
             format!("{:.2} ± {:.2}", law.eta, law.eta_error),
             format!("{:.2e}", law.k),
-            format!("{red:.2}"),
-            format!("{green:.2}"),
-            format!("{blue:.2}"),
-            format!("{:.3}", spectrum.coherence),
+            number(red, 2),
+            number(green, 2),
+            number(blue, 2),
+            number(spectrum.coherence, 3),
             format!("{:.2}", spectrum.clipped_eta),
         ]);
     }

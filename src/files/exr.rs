@@ -121,13 +121,14 @@ pub enum Precision {
     Single,
 }
 
-/// Writes a picture as OpenEXR, RGB in scan lines, losslessly compressed (ZIP) at the given precision.
+/// A picture as the bytes of an OpenEXR file: RGB in scan lines, losslessly compressed (ZIP) at the given
+/// precision.
 ///
 /// # Errors
 ///
-/// [`Error::Length`] when there are not `width · height` pixels; [`Error::File`] when the file cannot be
-/// written.
-pub fn write_exr(path: &Path, picture: &Picture, precision: Precision) -> Result<()> {
+/// [`Error::Length`] when there are not `width · height` pixels; [`Error::Unanswerable`] for a size that the format
+/// cannot hold.
+pub fn encode_exr(picture: &Picture, precision: Precision) -> Result<Vec<u8>> {
     crate::error::check_length(
         "the picture",
         picture.width * picture.height,
@@ -161,8 +162,19 @@ pub fn write_exr(path: &Path, picture: &Picture, precision: Precision) -> Result
         .write()
         .non_parallel()
         .to_buffered(Cursor::new(&mut bytes))
-        .map_err(|error| problem(error).in_file(path))?;
-    std::fs::write(path, bytes).map_err(|error| {
+        .map_err(|error| {
+            Error::Unanswerable(format!("the picture makes no OpenEXR file: {error}"))
+        })?;
+    Ok(bytes)
+}
+
+/// Writes a picture as OpenEXR: see [`encode_exr`].
+///
+/// # Errors
+///
+/// Those of [`encode_exr`]; [`Error::File`] when the file cannot be written.
+pub fn write_exr(path: &Path, picture: &Picture, precision: Precision) -> Result<()> {
+    std::fs::write(path, encode_exr(picture, precision)?).map_err(|error| {
         Error::file(
             path,
             format!("the file cannot be written: {error}"),

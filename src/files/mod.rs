@@ -9,7 +9,7 @@ mod pfm;
 
 use std::path::Path;
 
-pub use self::exr::{Precision, write_exr};
+pub use self::exr::{Precision, encode_exr, write_exr};
 
 use crate::{Error, Result};
 

@@ -98,11 +98,12 @@ pub struct LightSpectrum {
     pub channels: [Vec<f64>; 3],
     /// The law of the luminance over [`FIT_RANGE`](Self::FIT_RANGE).
     pub law: PowerLaw,
-    /// η of red, green and blue over the same range.
-    pub etas: [f64; 3],
+    /// η of red, green and blue over the same range; nothing for a channel that does not vary.
+    pub etas: [Option<f64>; 3],
     /// The mean over the range of the correlation of red and blue, Σ_m R_lm B_lm / √(Σ_m R_lm² Σ_m B_lm²): 1 where
-    /// the light changes in brightness only, less where it changes in colour.
-    pub coherence: f64,
+    /// the light changes in brightness only, less where it changes in colour; nothing where red or
+    /// blue does not vary.
+    pub coherence: Option<f64>,
     /// η of the luminance with the brightest [`CLIPPED_SHARE`](Self::CLIPPED_SHARE) of the sphere clipped, as a
     /// camera with too small a range would.
     pub clipped_eta: f64,
@@ -128,8 +129,8 @@ impl LightSpectrum {
         let channels = [0, 1, 2].map(|c| average_power(&coefficients[c]));
 
         let (first, last) = (Self::FIT_RANGE.0, Self::FIT_RANGE.1.min(degree));
-        let eta = |power: &[f64]| Ok::<_, Error>(PowerLaw::fit(power, first, last)?.eta);
-        let etas = [eta(&channels[0])?, eta(&channels[1])?, eta(&channels[2])?];
+        let eta = |power: &[f64]| PowerLaw::fit(power, first, last).map(|law| law.eta);
+        let etas = [0, 1, 2].map(|channel| eta(&channels[channel]).ok());
         let cross = cross_power(&coefficients[0], &coefficients[2])?;
         let coherence = (first..=last)
             .map(|l| cross[l] / (channels[0][l] * channels[2][l]).sqrt())
@@ -140,7 +141,7 @@ impl LightSpectrum {
             luminance,
             channels,
             etas,
-            coherence,
+            coherence: coherence.is_finite().then_some(coherence),
             clipped_eta: eta(&clipped)?,
         })
     }
@@ -270,6 +271,15 @@ mod tests {
     }
 
     #[test]
+    fn a_channel_that_does_not_vary_has_no_exponent() {
+        let pixels = (0..64 * 32).map(|i| [1.0 + f64::from(i * 37 % 101), f64::from(i % 7), 0.0]);
+        let map = EnvironmentMap::new("no blue", 64, 32, pixels.collect()).unwrap();
+        let spectrum = LightSpectrum::of(&map, 15, Parallelism::Sequential).unwrap();
+        assert!(spectrum.etas[0].is_some() && spectrum.etas[2].is_none());
+        assert_eq!(spectrum.coherence, None);
+    }
+
+    #[test]
     fn a_map_in_one_colour_is_coherent() {
         let pixels = (0..64 * 32).map(|i| {
             let v = 1.0 + f64::from(i * 37 % 101);
@@ -278,7 +288,7 @@ mod tests {
         let map = EnvironmentMap::new("one colour", 64, 32, pixels.collect()).unwrap();
         let spectrum = LightSpectrum::of(&map, 128, Parallelism::Sequential).unwrap();
         assert_eq!(spectrum.luminance.len(), map.max_degree().unwrap() + 1);
-        assert!((spectrum.coherence - 1.0).abs() < 1e-12);
+        assert!((spectrum.coherence.unwrap() - 1.0).abs() < 1e-12);
         let ratio = spectrum.channels[2][5] / spectrum.channels[0][5];
         assert!((ratio - 9.0).abs() < 1e-11);
     }
