@@ -3,7 +3,9 @@
 //! Directions are in the surface's frame: the normal is +z, every direction is a unit vector that points
 //! away from the surface. The reference text is `docs/ward.md`.
 
+pub mod approximation;
 mod batch;
+pub mod fit;
 mod gauss;
 mod horizon;
 pub mod lambert;

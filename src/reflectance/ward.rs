@@ -407,7 +407,7 @@ impl Ward {
 }
 
 /// Whether a direction is of unit length and above the horizon; false for anything that is not finite.
-fn visible(direction: DVec3) -> bool {
+pub(super) fn visible(direction: DVec3) -> bool {
     direction.z > HORIZON && (direction.length_squared() - 1.0).abs() <= UNIT_TOLERANCE
 }
 
