@@ -5,7 +5,7 @@ use std::path::Path;
 
 use ::exr::prelude::*;
 
-use super::{Picture, Problem, check_size};
+use super::{Picture, Problem, check_size, write_whole};
 use crate::{Error, Result};
 
 /// The first bytes of every file of the format.
@@ -174,11 +174,5 @@ pub fn encode_exr(picture: &Picture, precision: Precision) -> Result<Vec<u8>> {
 ///
 /// Those of [`encode_exr`]; [`Error::File`] when the file cannot be written.
 pub fn write_exr(path: &Path, picture: &Picture, precision: Precision) -> Result<()> {
-    std::fs::write(path, encode_exr(picture, precision)?).map_err(|error| {
-        Error::file(
-            path,
-            format!("the file cannot be written: {error}"),
-            "give a place that can be written",
-        )
-    })
+    write_whole(path, &encode_exr(picture, precision)?)
 }

@@ -1,4 +1,4 @@
-//! Pictures in files: reading and writing linear radiance, and writing what a person looks at.
+//! Pictures in files: reading and writing linear radiance.
 //!
 //! Nothing here knows of directions: [`illumination`](crate::illumination) makes light of a picture,
 //! [`report`](crate::report) makes pictures of numbers.
@@ -107,4 +107,21 @@ pub(crate) fn decode(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
             "convert it to one of these",
         ))
     }
+}
+
+/// Writes a file whole or not at all: beside its place first, then moved into it.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    std::fs::write(&beside, bytes)
+        .and_then(|()| std::fs::rename(&beside, path))
+        .map_err(|error| {
+            // What was written of it is of no use; that it cannot be removed either changes nothing.
+            let _ = std::fs::remove_file(&beside);
+            Error::file(
+                path,
+                format!("the file cannot be written: {error}"),
+                "give a place that can be written",
+            )
+        })
 }
