@@ -10,6 +10,10 @@ mod cells;
 mod image;
 mod irradiance;
 mod kernel;
+mod operator;
+mod operator_lobe;
+mod operator_rotation;
+mod operator_table;
 mod pyramid;
 mod reference;
 mod region;
@@ -17,5 +21,7 @@ mod renderer;
 
 pub use camera::{Camera, Sight};
 pub use image::SphereImage;
+pub use operator::{Operator, Viewpoint};
+pub use operator_table::{OperatorSet, OperatorTable};
 pub use reference::{Reference, reference};
 pub use renderer::{Renderer, Rendering, Settings};
