@@ -95,18 +95,18 @@ impl Viewpoint {
 ///
 /// Far light, a sphere, an isotropic surface and a camera on the axis are symmetric about the axis,
 /// so the map is block-diagonal in the order m. With θ the normal's angle from the axis and φ its
-/// azimuth about it, the light L = Σ L_lm Y_lm **in the frame whose pole points at the camera** gives
+/// azimuth about it, the light `L = Σ L_lm Y_lm` **in the frame whose pole points at the camera** gives
 ///
-/// B(θ, φ) = Σ_lm T_lm(θ) (L_lm cos mφ + L_l,−m sin mφ),
-/// T_lm(θ) = ∫ f(ω, v) max(n·ω, 0) Y_lm(ω) dω for the normal n at (θ, φ = 0).
+/// `B(θ, φ) = Σ_lm T_lm(θ) (L_lm cos mφ + L_l,−m sin mφ)`,
+/// `T_lm(θ) = ∫ f(ω, v) max(n·ω, 0) Y_lm(ω) dω` for the normal n at (θ, φ = 0).
 ///
-/// It keeps the diffuse part (ρ_d = 1) and the specular part (ρ_s = 1) apart; a material is a sum of the two.
-/// The diffuse part is closed, A_l Y_lm(θ, 0)/π with A_l the clamped cosine's coefficients (Ramamoorthi and
+/// It keeps the diffuse part (`ρ_d = 1`) and the specular part (`ρ_s = 1`) apart; a material is a sum of the two.
+/// The diffuse part is closed, `A_l Y_lm(θ, 0)/π` with `A_l` the clamped cosine's coefficients (Ramamoorthi and
 /// Hanrahan 2001, doi:10.1145/383259.383317). The specular part of every variant of Ward's lobe
 /// (doi:10.1145/133994.134078) is a one-dimensional integral of modified Bessel functions in the normal's own frame,
 /// turned onto the axis by Wigner's d.
 ///
-/// **Accuracy**: |T_lm(θ)| within 1e-9 of the reflection integral for σ in [1e-3, 1], θ to 1e-4 of the limb and
+/// **Accuracy**: `|T_lm(θ)|` within 1e-9 of the reflection integral for σ in [1e-3, 1], θ to 1e-4 of the limb and
 /// degrees to [`Operator::DEGREE_LIMIT`]; `tests/operator.rs` holds it to an independent quadrature.
 ///
 /// ```
@@ -124,7 +124,7 @@ impl Viewpoint {
 pub struct Operator {
     degree: usize,
     rings: Vec<f64>,
-    /// T_lm(θ_r) at (column_start(m) + l − m)·rings + r.
+    /// `T_lm(θ_r)` at `(column_start(m) + l − m)·rings + r`.
     specular: Vec<f64>,
     diffuse: Arc<Vec<f64>>,
 }
@@ -233,7 +233,7 @@ impl Operator {
         })
     }
 
-    /// Σ w_i T_i of operators of the same rings and degree, at least one.
+    /// `Σ w_i T_i` of operators of the same rings and degree, at least one.
     pub(super) fn mixture(operators: &[Arc<Self>], weights: &[f64]) -> Self {
         let mut sum = Self::clone(&operators[0]);
         sum.specular.fill(0.0);
@@ -245,7 +245,7 @@ impl Operator {
         sum
     }
 
-    /// The largest difference of any T_lm(θ) of the specular parts.
+    /// The largest difference of any `T_lm(θ)` of the specular parts.
     pub(super) fn largest_specular_difference(&self, other: &Self) -> f64 {
         self.specular
             .iter()
@@ -263,12 +263,12 @@ impl Operator {
         &self.rings
     }
 
-    /// T_lm of the specular part at ρ_s = 1, one value a ring; empty where l or m is out of range.
+    /// `T_lm` of the specular part at `ρ_s = 1`, one value a ring; empty where l or m is out of range.
     pub fn specular(&self, l: usize, m: usize) -> &[f64] {
         self.row(&self.specular, l, m)
     }
 
-    /// T_lm of the diffuse part at ρ_d = 1, one value a ring; empty where l or m is out of range.
+    /// `T_lm` of the diffuse part at `ρ_d = 1`, one value a ring; empty where l or m is out of range.
     pub fn diffuse(&self, l: usize, m: usize) -> &[f64] {
         self.row(&self.diffuse, l, m)
     }
@@ -281,7 +281,7 @@ impl Operator {
         &values[at..at + self.rings.len()]
     }
 
-    /// ρ_d T^d_lm + ρ_s T^s_lm for l = m … degree, one column a degree and one row a ring.
+    /// `ρ_d T^d_lm + ρ_s T^s_lm` for l = m … degree, one column a degree and one row a ring.
     ///
     /// # Errors
     /// An order past the degree.
@@ -302,8 +302,8 @@ impl Operator {
         Ok(DMatrix::from_iterator(count, self.degree + 1 - m, values))
     }
 
-    /// K_m(θ, θ') = Σ_l C_l T_lm(θ) T_lm(θ'): how the amplitudes of cos mφ (or of sin mφ) on any two rings vary
-    /// together under random light whose harmonics are independent with variance C_l = `spectrum[l]`.
+    /// `K_m(θ, θ') = Σ_l C_l T_lm(θ) T_lm(θ')`: how the amplitudes of cos mφ (or of sin mφ) on any two rings vary
+    /// together under random light whose harmonics are independent with variance `C_l = spectrum[l]`.
     ///
     /// # Errors
     /// A spectrum shorter than degree + 1, or with a value that is negative or not finite; an order past the degree.
@@ -398,7 +398,7 @@ impl Operator {
     }
 }
 
-/// The rings of an image as Σ_m Re(c_m e^(imφ)), by FFT.
+/// The rings of an image as `Σ_m Re(c_m e^(imφ))`, by FFT.
 struct AzimuthalTransform {
     columns: usize,
     inverse: Arc<dyn ComplexToReal<f64>>,
@@ -442,7 +442,7 @@ impl AzimuthalTransform {
         image
     }
 
-    /// c_m = Σ_j y_j e^(−imφ_j) for each ring.
+    /// `c_m = Σ_j y_j e^(−imφ_j)` for each ring.
     fn analyse(&self, image: &[f64]) -> Vec<Complex64> {
         let mut spectra = vec![Complex64::ZERO; image.len() / self.columns * self.orders()];
         let mut scratch = vec![0.0; self.columns];
@@ -493,23 +493,23 @@ fn check_rings(viewpoint: Viewpoint, rings: &[f64]) -> Result<()> {
     Ok(())
 }
 
-/// A_l Y_lm(θ, 0)/π.
+/// `A_l Y_lm(θ, 0)/π`.
 fn diffuse(degree: usize, rings: &[f64]) -> Vec<f64> {
     let mut values = cosine_harmonics(degree, rings);
     let clamped = clamped_cosine(degree);
     for m in 0..=degree {
         let start = column_start(degree, m) * rings.len();
-        for l in m..=degree {
-            let at = start + (l - m) * rings.len();
+        for (i, transfer) in clamped[m..].iter().enumerate() {
+            let at = start + i * rings.len();
             for value in &mut values[at..at + rings.len()] {
-                *value *= clamped[l] / PI;
+                *value *= transfer / PI;
             }
         }
     }
     values
 }
 
-/// A_l = 2π ∫ x P_l(x) dx over 0 … 1: π, 2π/3, π/4, 0, and A_(l+2) = −A_l (l − 1)/(l + 4) for even l.
+/// `A_l = 2π ∫ x P_l(x) dx` over 0 … 1: π, 2π/3, π/4, 0, and `A_(l+2) = −A_l (l − 1)/(l + 4)` for even l.
 fn clamped_cosine(degree: usize) -> Vec<f64> {
     let mut values = vec![0.0; degree + 1];
     let mut even = PI / 4.0;

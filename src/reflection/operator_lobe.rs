@@ -20,17 +20,17 @@ struct Node {
     weight: f64,
 }
 
-/// The coefficients f_lm' of the lobe F(ω) = f(ω, v)·cos θ_ω of one view direction, in the frame
+/// The coefficients `f_lm'` of the lobe `F(ω) = f(ω, v)·cos θ_ω` of one view direction, in the frame
 /// whose pole is the surface's normal and whose meridian φ = 0 holds the mirror direction.
 ///
 /// F is even in φ, so only the cosine harmonics occur. Stored by m', then by l = m' … degree.
 ///
-/// Every variant is A(c_i, c_v)·(1 or |H|²)·exp(−|H_xy|²/(σ²H_z²)) with H = v + i, where
-/// |H_xy|² = (s_v − s_i)² + 2 s_v s_i (1 − cos φ). So the integral over φ is a modified Bessel
-/// function, ∫ exp(−κ(1 − cos φ)) cos m'φ dφ = 2π e^(−κ) I_m'(κ) with κ = 2 s_v s_i/(σ²H_z²), and
-/// what is left of the exponent is exp(−tan²((θ_v − θ_i)/2)/σ²). Only the integral over θ_i is
+/// Every variant is `A(c_i, c_v)·(1 or |H|²)·exp(−|H_xy|²/(σ²H_z²))` with H = v + i, where
+/// `|H_xy|² = (s_v − s_i)² + 2 s_v s_i (1 − cos φ)`. So the integral over φ is a modified Bessel
+/// function, `∫ exp(−κ(1 − cos φ)) cos m'φ dφ = 2π e^(−κ) I_m'(κ)` with `κ = 2 s_v s_i/(σ²H_z²)`, and
+/// what is left of the exponent is `exp(−tan²((θ_v − θ_i)/2)/σ²)`. Only the integral over `θ_i` is
 /// done numerically, on panels so short that the harmonics and the lobe are resolved to rounding,
-/// graded towards the horizon, where H_z = 0 comes close for grazing views.
+/// graded towards the horizon, where `H_z = 0` comes close for grazing views.
 pub(super) fn lobe_coefficients(
     variant: Variant,
     sigma: f64,
@@ -91,7 +91,7 @@ pub(super) fn lobe_coefficients(
     columns
 }
 
-/// Σ_i weights[m', i] P̄_lm'(cos θ_i) for every l and m'.
+/// `Σ_i weights[m', i] P̄_lm'(cos θ_i)` for every l and m'.
 fn project(nodes: &[Node], weights: &[f64], degree: usize, columns: &mut [f64]) {
     let count = nodes.len();
     let cosines: Vec<f64> = nodes.iter().map(|node| node.cosine).collect();
@@ -132,7 +132,7 @@ fn project(nodes: &[Node], weights: &[f64], degree: usize, columns: &mut [f64]) 
     }
 }
 
-/// Σ a_i b_i, in four partial sums so that the compiler can keep them in lanes.
+/// `Σ a_i b_i`, in four partial sums so that the compiler can keep them in lanes.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (a4, a_rest) = a.as_chunks::<4>();
@@ -146,7 +146,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// The composite rule over the part of 0 ≤ θ_i ≤ π/2 that the lobe reaches, from the horizon down.
+/// The composite rule over the part of `0 ≤ θ_i ≤ π/2` that the lobe reaches, from the horizon down.
 fn nodes(sigma: f64, view_angle: f64, degree: usize, panel: &Rule) -> Vec<Node> {
     let reach = 2.0 * (REACH * sigma).atan();
     let low = (view_angle - reach).max(0.0);
@@ -187,7 +187,7 @@ fn nodes(sigma: f64, view_angle: f64, degree: usize, panel: &Rule) -> Vec<Node> 
     nodes
 }
 
-/// e^(−κ) I_m(κ), and the differences e^(−κ) (I_m(κ) − I_(m+1)(κ)), for m = 0, 1, …
+/// `e^(−κ) I_m(κ)`, and the differences `e^(−κ) (I_m(κ) − I_(m+1)(κ))`, for m = 0, 1, …
 ///
 /// Always by the downward recurrence, which is stable, and the differences by one of their own, so
 /// that they keep their relative accuracy where κ is large and neighbours are nearly equal. It
@@ -245,12 +245,12 @@ fn scaled_bessel(kappa: f64, bessel: &mut [f64], difference: &mut [f64]) {
     }
 }
 
-/// I_(m−1) − I_m from I_m and I_m − I_(m+1), by I_(m−1) − I_(m+1) = (2m/κ) I_m.
+/// `I_(m−1) − I_m` from `I_m` and `I_m − I_(m+1)`, by `I_(m−1) − I_(m+1) = (2m/κ) I_m`.
 fn difference_below(m: usize, step: f64, value: f64, difference: f64) -> f64 {
     m as f64 * step * value - difference
 }
 
-/// √(2πκ) e^(−κ) I_m(κ) − 1 by Hankel's series.
+/// `√(2πκ) e^(−κ) I_m(κ) − 1` by Hankel's series.
 fn hankel(m: usize, kappa: f64) -> f64 {
     let mu = 4.0 * (m * m) as f64;
     let mut term = 1.0;

@@ -10,7 +10,7 @@ pub(super) fn column_start(degree: usize, m: usize) -> usize {
 /// The square roots that the recurrence of Wigner's d needs, shared by every angle.
 pub(super) struct Rotation {
     degree: usize,
-    /// √(l² − m²) at column_start(m) + l − m.
+    /// √(l² − m²) at `column_start(m) + l − m`.
     roots: Vec<f64>,
     /// ½ ln k!, k ≤ 2·degree.
     half_log_factorial: Vec<f64>,
@@ -35,13 +35,13 @@ impl Rotation {
         }
     }
 
-    /// Turns Σ f_lm √2 P̄_lm cos mφ by the angle θ_r about +y (from +z towards +x), one θ_r and one
+    /// Turns `Σ f_lm √2 P̄_lm cos mφ` by the angle `θ_r` about +y (from +z towards +x), one `θ_r` and one
     /// set of coefficients a ring. `source` and the result hold ring r of (l, m) at
-    /// (column_start(m) + l − m)·rings + r.
+    /// `(column_start(m) + l − m)·rings + r`.
     ///
-    /// With p_l = (−1)^(m+k) d^l_{m,k}(θ) and q_l = (−1)^(m+k) d^l_{m,−k}(θ), the matrix between the
-    /// cosine harmonics is M_mk = p + (−1)^k q for m ≥ k > 0 (times 1/√2 where k = 0 < m, and 1/2 at
-    /// k = m = 0), and M_km = (−1)^(m+k) M_mk. Both follow the three-term recurrence of d in l at
+    /// With `p_l = (−1)^(m+k) d^l_{m,k}(θ)` and `q_l = (−1)^m d^l_{m,−k}(θ)·(−1)^k`, the matrix between the
+    /// cosine harmonics is `M_mk = p + (−1)^k q` for m ≥ k > 0 (times 1/√2 where k = 0 < m, and 1/2 at
+    /// k = m = 0), and `M_km = (−1)^(m+k) M_mk`. Both follow the three-term recurrence of d in l at
     /// fixed orders from their closed forms at l = m (Edmonds, *Angular Momentum*, ch. 4), which
     /// is stable upwards.
     pub(super) fn turn(&self, angles: &[f64], source: &[f64]) -> Vec<f64> {
@@ -132,12 +132,14 @@ impl Rotation {
             // 0·ln 0 is 0 here: at θ = 0 the power is 1.
             let power =
                 |exponent: f64, log: f64| if exponent == 0.0 { 0.0 } else { exponent * log };
+            // What starts this small stays negligible up to the largest degree; zeros are faster than subnormals.
+            let value = |log: f64| if log < -600.0 { 0.0 } else { log.exp() };
             p[r] = [
-                (binomial + power(plus, cosine) + power(minus, sine)).exp(),
+                value(binomial + power(plus, cosine) + power(minus, sine)),
                 0.0,
             ];
             q[r] = [
-                (binomial + power(minus, cosine) + power(plus, sine)).exp(),
+                value(binomial + power(minus, cosine) + power(plus, sine)),
                 0.0,
             ];
         }
@@ -149,7 +151,7 @@ fn advance(value: &mut [f64; 2], alpha: f64, x: f64, gamma: f64) {
     *value = [next, value[0]];
 }
 
-/// √2 P̄_lm(cos θ_r) (P̄_l0 for m = 0), stored as [`Rotation::turn`] stores.
+/// `√2 P̄_lm(cos θ_r)` (`P̄_l0` for m = 0), stored as [`Rotation::turn`] stores.
 pub(super) fn cosine_harmonics(degree: usize, angles: &[f64]) -> Vec<f64> {
     let rings = angles.len();
     let mut values = vec![0.0; column_start(degree, degree + 1) * rings];

@@ -142,7 +142,7 @@ impl OperatorTable {
         Ok(table)
     }
 
-    /// The largest |T_lm(θ)| difference from the exact operator, over all l, m and rings, at the σ halfway between
+    /// The largest `|T_lm(θ)|` difference from the exact operator, over all l, m and rings, at the σ halfway between
     /// neighbouring nodes.
     pub fn error(&self) -> f64 {
         self.error
