@@ -77,7 +77,7 @@ impl Viewpoint {
         }
     }
 
-    fn check(self) -> Result<()> {
+    pub(crate) fn check(self) -> Result<()> {
         match self {
             Self::Perspective { distance } if !(distance > 1.0 && distance.is_finite()) => {
                 Err(Error::Domain {

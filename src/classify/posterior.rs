@@ -1,0 +1,240 @@
+//! The posterior over reflectances: how specular, how rough.
+
+use super::evidence::{GaussianEvidence, log_sum_exp};
+use super::modes::{Modes, RingLayout};
+use crate::reflectance::Variant;
+use crate::reflection::OperatorSet;
+use crate::{Error, Parallelism, Result};
+
+/// A grid of reflectances with the factors of their evidence, made once and used for any number of pictures of one view.
+///
+/// The axes are the specular share ρ_s/(ρ_s + ρ_d) and the roughness σ; the prior is uniform over the grid, and over
+/// the spectra of light.
+#[derive(Debug)]
+pub struct ReflectanceGrid {
+    layout: RingLayout,
+    shares: Vec<f64>,
+    sigmas: Vec<f64>,
+    /// factors[(sigma · shares + share) · spectra + spectrum].
+    factors: Vec<GaussianEvidence>,
+    spectra: usize,
+}
+
+impl ReflectanceGrid {
+    /// Factors for every share, every σ (0 is a mirror) and every spectrum of light, through the operator of `variant` to
+    /// the degree of the shortest spectrum.
+    ///
+    /// # Errors
+    /// An empty or unsorted axis, a share outside [0, 1], no spectrum, and what the operator refuses.
+    pub fn new(
+        variant: Variant,
+        layout: &RingLayout,
+        shares: &[f64],
+        sigmas: &[f64],
+        spectra: &[Vec<f64>],
+        noise: f64,
+        parallelism: Parallelism,
+    ) -> Result<Self> {
+        for (axis, what) in [
+            (shares, "the axis of specular shares"),
+            (sigmas, "the axis of roughnesses"),
+        ] {
+            if axis.len() < 2 || axis.windows(2).any(|pair| pair[0] >= pair[1]) {
+                return Err(Error::Unanswerable(format!(
+                    "{what} needs two values or more, each above the one before"
+                )));
+            }
+        }
+        if let Some(&value) = shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
+            return Err(Error::Domain {
+                what: "a specular share",
+                value,
+                allowed: "between 0 and 1",
+            });
+        }
+        let degree = spectra.iter().map(Vec::len).min().unwrap_or(0);
+        if degree == 0 {
+            return Err(Error::Unanswerable(
+                "a posterior needs the spectrum of light, one or more".into(),
+            ));
+        }
+        let degree = degree - 1;
+        let set = OperatorSet::new(variant, layout.viewpoint(), layout.angles(), degree)?;
+        let mut factors = Vec::with_capacity(sigmas.len() * shares.len() * spectra.len());
+        for &sigma in sigmas {
+            let operator = set.at(sigma, parallelism)?;
+            let made = parallelism.map(shares.len() * spectra.len(), |i| {
+                let (share, spectrum) = (shares[i / spectra.len()], &spectra[i % spectra.len()]);
+                GaussianEvidence::new(
+                    &operator,
+                    layout,
+                    &spectrum[..=degree],
+                    1.0 - share,
+                    share,
+                    noise,
+                )
+            });
+            for factor in made {
+                factors.push(factor?);
+            }
+        }
+        Ok(Self {
+            layout: layout.clone(),
+            shares: shares.to_vec(),
+            sigmas: sigmas.to_vec(),
+            factors,
+            spectra: spectra.len(),
+        })
+    }
+
+    /// The rings that pictures are read on.
+    pub fn layout(&self) -> &RingLayout {
+        &self.layout
+    }
+
+    /// The posterior of one channel.
+    ///
+    /// `weight` is the power to which the likelihood is raised, at most 1: amplitudes of real light are not independent
+    /// as the field's are, and counting each in full makes the posterior far too sure.
+    ///
+    /// # Errors
+    /// A weight that is not in (0, 1].
+    pub fn posterior(&self, modes: &Modes, weight: f64) -> Result<Posterior> {
+        if !(weight > 0.0 && weight <= 1.0) {
+            return Err(Error::Domain {
+                what: "the weight of the likelihood",
+                value: weight,
+                allowed: "above 0 and at most 1",
+            });
+        }
+        let mut log: Vec<f64> = self
+            .factors
+            .chunks(self.spectra)
+            .map(|factors| {
+                let values: Vec<f64> = factors.iter().map(|f| weight * f.of(modes).log).collect();
+                log_sum_exp(values.iter().copied())
+            })
+            .collect();
+        // Each point stands for its cell: the grid need not be even.
+        for (i, value) in log.iter_mut().enumerate() {
+            *value += cell(&self.shares, i % self.shares.len(), |x| x).ln();
+            *value += cell(&self.sigmas, i / self.shares.len(), |x| (x + 1e-3).ln()).ln();
+        }
+        let total = log_sum_exp(log.iter().copied());
+        Ok(Posterior {
+            shares: self.shares.clone(),
+            sigmas: self.sigmas.clone(),
+            probabilities: log.into_iter().map(|value| (value - total).exp()).collect(),
+        })
+    }
+}
+
+/// The width of the cell of point i: half the distance between its neighbours.
+fn cell(axis: &[f64], i: usize, scale: impl Fn(f64) -> f64) -> f64 {
+    let (low, high) = (i.saturating_sub(1), (i + 1).min(axis.len() - 1));
+    0.5 * (scale(axis[high]) - scale(axis[low]))
+}
+
+/// A probability over a grid of specular shares and roughnesses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Posterior {
+    shares: Vec<f64>,
+    sigmas: Vec<f64>,
+    probabilities: Vec<f64>,
+}
+
+impl Posterior {
+    /// The specular shares of the grid, rising.
+    pub fn shares(&self) -> &[f64] {
+        &self.shares
+    }
+
+    /// The roughnesses of the grid, rising.
+    pub fn sigmas(&self) -> &[f64] {
+        &self.sigmas
+    }
+
+    /// The probability of each cell, row by row: one row a roughness, one column a share. They sum to 1.
+    pub fn probabilities(&self) -> &[f64] {
+        &self.probabilities
+    }
+
+    /// The cell with the largest probability, as (share, σ).
+    pub fn mode(&self) -> (f64, f64) {
+        let mut best = 0;
+        for (i, &p) in self.probabilities.iter().enumerate() {
+            if p > self.probabilities[best] {
+                best = i;
+            }
+        }
+        (
+            self.shares[best % self.shares.len()],
+            self.sigmas[best / self.shares.len()],
+        )
+    }
+
+    /// The probability of each share.
+    pub fn share_marginal(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.shares.len()];
+        for (i, p) in self.probabilities.iter().enumerate() {
+            sums[i % self.shares.len()] += p;
+        }
+        sums
+    }
+
+    /// The probability of each roughness.
+    pub fn sigma_marginal(&self) -> Vec<f64> {
+        self.probabilities
+            .chunks(self.shares.len())
+            .map(|row| row.iter().sum())
+            .collect()
+    }
+
+    /// The value of the share below which the probability is `level`, interpolated.
+    pub fn share_quantile(&self, level: f64) -> f64 {
+        quantile(&self.shares, &self.share_marginal(), level, |x| x, |x| x)
+    }
+
+    /// The value of σ below which the probability is `level`, interpolated in its logarithm.
+    pub fn sigma_quantile(&self, level: f64) -> f64 {
+        let offset = 1e-3;
+        quantile(
+            &self.sigmas,
+            &self.sigma_marginal(),
+            level,
+            |x| (x + offset).ln(),
+            |x| (x.exp() - offset).max(0.0),
+        )
+    }
+}
+
+/// Each probability is spread evenly over its point's cell.
+fn quantile(
+    axis: &[f64],
+    probabilities: &[f64],
+    level: f64,
+    scale: impl Fn(f64) -> f64,
+    unscale: impl Fn(f64) -> f64,
+) -> f64 {
+    let last = axis.len() - 1;
+    let edge = |i: usize| {
+        if i == 0 || i > last {
+            scale(axis[i.min(last)])
+        } else {
+            0.5 * (scale(axis[i - 1]) + scale(axis[i]))
+        }
+    };
+    let mut below = 0.0;
+    for (i, &p) in probabilities.iter().enumerate() {
+        if below + p >= level || i == last {
+            let part = if p > 0.0 {
+                ((level - below) / p).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            return unscale(edge(i) + part * (edge(i + 1) - edge(i)));
+        }
+        below += p;
+    }
+    axis[last]
+}
