@@ -110,15 +110,12 @@ fn simulate(
 ) -> Vec<f64> {
     let rings = layout.angles().len();
     let mut values = Vec::new();
-    let mut variance = vec![0.0; rings];
-    for m in 1..=layout.orders() {
-        let block = operator
-            .covariance(m, spectrum, 1.0 - share, share)
-            .unwrap();
-        for r in 0..rings {
-            variance[r] += block[(r, r)] / layout.orders() as f64;
-        }
-    }
+    let variance: f64 = (1..=layout.orders())
+        .map(|m| {
+            let block = operator.covariance(m, spectrum, 1.0 - share, share);
+            block.unwrap().trace() / (rings * layout.orders()) as f64
+        })
+        .sum();
     for m in 0..=layout.orders() {
         let t = operator.block(m, 1.0 - share, share).unwrap();
         for _ in 0..if m == 0 { 1 } else { 2 } {
@@ -128,7 +125,7 @@ fn simulate(
                 .collect();
             for r in 0..rings {
                 let clean: f64 = light.iter().enumerate().map(|(l, v)| t[(r, l)] * v).sum();
-                values.push(clean + noise * variance[r].sqrt() * normal_deviate(rng));
+                values.push(clean + noise * variance.sqrt() * normal_deviate(rng));
             }
         }
     }
@@ -155,13 +152,9 @@ fn evidence_is_the_student_density_of_the_whole_picture() {
     let evidence = GaussianEvidence::new(&operator, &layout, &spectrum, 0.6, 0.4, 0.05).unwrap();
     let n = layout.len();
     let mut dense = nalgebra::DMatrix::zeros(n, n);
-    let mut diagonal = [0.0; 5];
-    for m in 1..=3 {
-        let block = operator.covariance(m, &spectrum, 0.6, 0.4).unwrap();
-        for r in 0..5 {
-            diagonal[r] += 0.05 * 0.05 * block[(r, r)] / 3.0;
-        }
-    }
+    let diagonal: f64 = (1..=3)
+        .map(|m| 0.05 * 0.05 / 15.0 * operator.covariance(m, &spectrum, 0.6, 0.4).unwrap().trace())
+        .sum();
     for column in 0..7_usize {
         let block = operator
             .covariance(column.div_ceil(2), &spectrum, 0.6, 0.4)
@@ -170,7 +163,7 @@ fn evidence_is_the_student_density_of_the_whole_picture() {
             for j in 0..5 {
                 dense[(5 * column + i, 5 * column + j)] = block[(i, j)];
             }
-            dense[(5 * column + i, 5 * column + i)] += diagonal[i];
+            dense[(5 * column + i, 5 * column + i)] += diagonal;
         }
     }
     let y = nalgebra::DVector::from_vec(values);

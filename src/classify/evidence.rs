@@ -7,15 +7,15 @@ use crate::error::check_length;
 use crate::reflection::Operator;
 use crate::{Error, Result};
 
-/// How strong the noise is, as a share of a ring's own variance, unless another is asked for.
+/// How strong the noise is, as a share of the amplitudes' standard deviation, unless another is asked for.
 pub const DEFAULT_NOISE: f64 = 1e-3;
 
 /// The likelihood of one channel of a picture for one reflectance and one spectrum of light.
 ///
 /// Light is a Gaussian field of unknown strength k, L_lm ~ N(0, k C_l). Through the operator of the view the amplitudes y_m
 /// of the picture's rings are Gaussian too, independent from order to order and between cosine and sine, with
-/// covariance k (K_m + N), K_m = Σ_l C_l T_lm T_lmᵀ. N is diagonal: what interpolation, pixels and the degrees past
-/// the operator's do to a ring, as a share ν² of the variance that the ring has.
+/// covariance k (K_m + N), K_m = Σ_l C_l T_lm T_lmᵀ. N is white: what interpolation, pixels and the degrees past the
+/// operator's add, as a share ν² of the variance that the amplitudes past order 0 have on average.
 ///
 /// With Jeffreys' prior 1/k the strength integrates out in closed form: with Q = Σ yᵀ(K+N)⁻¹y over n amplitudes,
 ///
@@ -41,7 +41,7 @@ pub struct Evidence {
 impl GaussianEvidence {
     /// The factors for a material ρ_d, ρ_s seen through `operator` under light of power `spectrum[l]` per order.
     ///
-    /// `noise` is ν, the noise's standard deviation as a share of each ring's.
+    /// `noise` is ν, the noise's standard deviation as a share of the amplitudes'.
     ///
     /// # Errors
     /// What [`Operator::covariance`] refuses; a noise that is not positive; a covariance that is not positive definite (both
@@ -70,17 +70,17 @@ impl GaussianEvidence {
         let mut blocks = (0..=layout.orders())
             .map(|m| operator.covariance(m, spectrum, rho_d, rho_s))
             .collect::<Result<Vec<_>>>()?;
-        // The variance of a ring's amplitude, averaged over the orders past 0 (order 0 holds the mean).
-        let mut variance = DVector::zeros(rings);
-        for block in &blocks[1.min(layout.orders())..] {
-            variance += block.diagonal();
-        }
-        variance *= noise * noise / layout.orders().max(1) as f64;
+        // The variance of an amplitude, averaged over the rings and the orders past 0 (order 0 holds the mean).
+        let past = &blocks[1.min(layout.orders())..];
+        let variance = past.iter().map(|block| block.trace()).sum::<f64>()
+            / (past.len() * rings) as f64
+            * noise
+            * noise;
         let mut factors = Vec::with_capacity(blocks.len());
         let mut half_log_determinant = 0.0;
         for (m, block) in blocks.iter_mut().enumerate() {
             for r in 0..rings {
-                block[(r, r)] += variance[r];
+                block[(r, r)] += variance;
             }
             let factor = Cholesky::new(std::mem::replace(block, DMatrix::zeros(0, 0)))
                 .ok_or_else(|| {

@@ -166,6 +166,7 @@ pub struct LogRadianceExpert {
     labels: usize,
     orders: usize,
     functions: usize,
+    noise: f64,
     /// moments[illumination][material][order]: the sum of y yᵀ.
     moments: Vec<Vec<Vec<DMatrix<f64>>>>,
     /// How many terms each sum of order 1 has; order 0 has half.
@@ -182,7 +183,8 @@ const FLOOR: f64 = 1e-3;
 
 impl LogRadianceExpert {
     /// Reads the pictures to be judged from `dataset` and those to learn from from `training`, which has the same
-    /// materials and illuminations, usually each seen from all round.
+    /// materials and illuminations, usually each seen from all round. `noise` is what pixels and interpolation add to each
+    /// amplitude of log radiance; it keeps matte spheres, whose high orders are nothing else, from deciding by it.
     ///
     /// # Errors
     /// Data sets that differ in their materials or illuminations; pictures too small.
@@ -191,6 +193,7 @@ impl LogRadianceExpert {
         training: &Dataset,
         layout: &RingLayout,
         functions: usize,
+        noise: f64,
         parallelism: Parallelism,
     ) -> Result<Self> {
         if dataset.materials != training.materials
@@ -225,6 +228,7 @@ impl LogRadianceExpert {
             labels,
             orders: layout.orders(),
             functions,
+            noise,
             moments,
             counts,
             pictures,
@@ -265,11 +269,10 @@ impl Expert for LogRadianceExpert {
                 let first = usize::from(order == 0);
                 let size = self.functions - first;
                 let mut covariance = covariance.view((first, first), (size, size)).into_owned();
-                let trace = covariance.trace() / size as f64;
                 let diagonal = covariance.diagonal();
                 covariance *= 1.0 - SHRINKAGE;
                 for i in 0..size {
-                    covariance[(i, i)] += SHRINKAGE * diagonal[i] + 1e-4 * trace + 1e-12;
+                    covariance[(i, i)] += SHRINKAGE * diagonal[i] + self.noise * self.noise;
                 }
                 let factor = cholesky(covariance)?;
                 let half_log: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();

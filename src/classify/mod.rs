@@ -17,9 +17,7 @@ mod protocol;
 
 pub use evaluate::{Classifier, Confusion, Evaluation, leave_one_illumination_out};
 pub use evidence::{DEFAULT_NOISE, Evidence, GaussianEvidence, natural_spectrum};
-pub use experts::{
-    ColourExpert, EvidenceExpert, Expert, LogRadianceExpert, Stack, light_spectrum,
-};
+pub use experts::{ColourExpert, EvidenceExpert, Expert, LogRadianceExpert, Stack, light_spectrum};
 pub use interval::wilson;
 pub use modes::{Modes, RingLayout};
 pub use nearest::{NearestNeighbour, Scaling};
