@@ -78,7 +78,7 @@ fn matches_the_reflection_integral_on_single_harmonics() {
         );
         worst = worst.max(here);
     }
-    assert!(worst < 1e-9, "largest error {worst:e}");
+    assert!(worst < 1e-10, "largest error {worst:e}");
 }
 
 #[test]
