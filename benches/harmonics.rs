@@ -122,7 +122,6 @@ fn serve() -> Result<(), Box<dyn std::error::Error>> {
             } else {
                 Parallelism::Rayon
             };
-            cache = None;
             let run = operation(name, degree.parse()?, batch.parse()?, parallelism)?;
             cache = Some((key, run));
         }

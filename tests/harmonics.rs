@@ -2,7 +2,10 @@
 
 use lobes::Parallelism;
 use lobes::glam::{DQuat, DVec3};
-use lobes::harmonics::{Coefficients, Rotation, Transform, average_power, evaluate, evaluate_all};
+use lobes::harmonics::{
+    Basis, Coefficients, Convention, MAX_BASIS_DEGREE, Normalisation, Order, Phase, Rotation,
+    Transform, average_power, evaluate, evaluate_all,
+};
 use lobes::sphere::{Grid, Rule};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -189,4 +192,194 @@ fn rotation_there_and_back() {
         let error = largest_difference(one.as_slice(), two.as_slice());
         assert!(error < 20.0 * bound, "degree {degree}: {error:e}");
     }
+}
+
+#[test]
+fn batches_and_threads_change_nothing() {
+    for (grid, degree) in [
+        (Grid::gauss_legendre(40, 81).unwrap(), 39),
+        (Grid::lat_long(65, 63).unwrap(), 31),
+        (Grid::clenshaw_curtis(17, 18).unwrap(), 8),
+        (Grid::gauss_legendre(1, 1).unwrap(), 0),
+        (Grid::gauss_legendre(300, 602).unwrap(), 299),
+    ] {
+        let transform = Transform::new(&grid, degree).unwrap();
+        for batch in [1, 2, 3, 4, 7] {
+            let count = transform.coefficient_count();
+            let sets: Vec<f64> = (0..batch)
+                .flat_map(|i| random(degree, degree, 20 + i as u64).into_vec())
+                .collect();
+            let mut maps = vec![0.0; batch * grid.len()];
+            let mut back = vec![0.0; batch * count];
+            let mut again = maps.clone();
+            let mut scratch = vec![f64::NAN; transform.scratch_len(batch)];
+            for (parallelism, maps) in [
+                (Parallelism::Sequential, &mut maps),
+                (Parallelism::Rayon, &mut again),
+            ] {
+                transform
+                    .synthesise_into(batch, &sets, maps, &mut scratch, parallelism)
+                    .unwrap();
+                transform
+                    .analyse_into(batch, maps, &mut back, &mut scratch, parallelism)
+                    .unwrap();
+                assert!(largest_difference(&sets, &back) < 1e-13);
+            }
+            assert_eq!(maps, again);
+            for (i, set) in sets.chunks(count).enumerate() {
+                let f = Coefficients::from_vec(degree, degree, set.to_vec()).unwrap();
+                let one = transform.synthesise(&f).unwrap();
+                let of_batch = &maps[i * grid.len()..(i + 1) * grid.len()];
+                assert!(largest_difference(&one, of_batch) < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn synthesis_is_the_adjoint_of_analysis() {
+    let grid = Grid::gauss_legendre(70, 139).unwrap();
+    let transform = Transform::with_orders(&grid, 60, 50).unwrap();
+    let f = random(60, 50, 8);
+    let mut generator = Pcg64::seed_from_u64(9);
+    let noise: Vec<f64> = (0..grid.len())
+        .map(|_| generator.random_range(-1.0..1.0))
+        .collect();
+    let map = transform.synthesise(&f).unwrap();
+    let g = transform.analyse(&noise).unwrap();
+    let left: f64 = map
+        .chunks(139)
+        .zip(noise.chunks(139))
+        .enumerate()
+        .map(|(ring, (a, b))| {
+            grid.ring_weight(ring) * a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>()
+        })
+        .sum();
+    let right: f64 = f
+        .as_slice()
+        .iter()
+        .zip(g.as_slice())
+        .map(|(a, b)| a * b)
+        .sum();
+    assert!(
+        (left - right).abs() < 1e-13 * f.energy().sqrt() * g.energy().sqrt(),
+        "{left} {right}"
+    );
+}
+
+#[test]
+fn gradient_is_the_slope() {
+    for degree in [5, 60] {
+        let basis = Basis::new(degree).unwrap();
+        let f = random(degree, degree, 12);
+        let directions = [
+            DVec3::new(0.48, 0.64, 0.6),
+            DVec3::new(-0.48, 0.6, -0.64),
+            DVec3::Z,
+            DVec3::NEG_Z,
+            DVec3::X,
+            DVec3::new(1e-9, 2e-9, 1.0),
+        ];
+        let mut out = vec![(0.0, DVec3::ZERO); directions.len()];
+        basis
+            .gradients(&f, &directions, &mut out, Parallelism::Sequential)
+            .unwrap();
+        for (d, (value, gradient)) in directions.iter().zip(out) {
+            assert!((value - evaluate(&f, *d).unwrap()).abs() < 1e-12);
+            assert!(gradient.dot(*d).abs() < 1e-10);
+            let a = d.any_orthonormal_vector();
+            for tangent in [a, d.cross(a)] {
+                // Along the great circle, fourth order.
+                let h = 1e-3;
+                let at =
+                    |k: f64| evaluate(&f, *d * (k * h).cos() + tangent * (k * h).sin()).unwrap();
+                let slope = (8.0 * (at(1.0) - at(-1.0)) - at(2.0) + at(-2.0)) / (12.0 * h);
+                let difference = (slope - gradient.dot(tangent)).abs();
+                assert!(
+                    difference < 1e-11 * (degree as f64).powi(6),
+                    "{d}: {difference:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn past_the_end_is_an_error() {
+    assert!(Basis::new(MAX_BASIS_DEGREE + 1).is_err());
+    assert!(Rotation::new(2049).is_err());
+    assert!(Rule::gauss_legendre(0).is_err());
+    assert!(Rule::gauss_legendre(16385).is_err());
+    assert!(Rule::clenshaw_curtis(1).is_err());
+    assert!(Grid::gauss_legendre(4, 0).is_err());
+    let grid = Grid::gauss_legendre(4098, 3).unwrap();
+    assert!(Transform::with_orders(&grid, 4097, 1).is_err());
+    // The largest degree of all, of order 1: exact there.
+    let transform = Transform::with_orders(&grid, 4096, 1).unwrap();
+    let mut f = Coefficients::zeros_with_orders(4096, 1);
+    f.set(4096, 1, 1.0);
+    f.set(4095, 0, 2.0);
+    let back = transform
+        .analyse(&transform.synthesise(&f).unwrap())
+        .unwrap();
+    assert!(largest_difference(f.as_slice(), back.as_slice()) < 1e-12);
+    assert!(Transform::with_orders(&grid, 8, 2).is_err());
+    let small = Transform::new(&Grid::gauss_legendre(4, 8).unwrap(), 3).unwrap();
+    assert!(small.synthesise(&Coefficients::zeros(2)).is_err());
+    assert!(small.analyse(&[0.0; 31]).is_err());
+    assert!(small.analyse(&[f64::NAN; 32]).is_err());
+    assert!(
+        Basis::new(3)
+            .unwrap()
+            .values(&[DVec3::ZERO], &mut [0.0; 16], Parallelism::Sequential)
+            .is_err()
+    );
+    assert!(
+        Coefficients::zeros(3)
+            .rotated(DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0))
+            .is_err()
+    );
+}
+
+#[test]
+fn conventions_there_and_back() {
+    let f = random(9, 9, 30);
+    for normalisation in [
+        Normalisation::Orthonormal,
+        Normalisation::FourPi,
+        Normalisation::Schmidt,
+    ] {
+        for phase in [Phase::Plain, Phase::CondonShortley] {
+            let convention = Convention {
+                normalisation,
+                phase,
+            };
+            let complex = f.to_complex(convention);
+            let back = Coefficients::from_complex(9, convention, &complex).unwrap();
+            assert!(largest_difference(f.as_slice(), back.as_slice()) < 1e-15);
+            for order in [Order::ByOrder, Order::ByDegree] {
+                let real = f.to_real(convention, order);
+                let back = Coefficients::from_real(9, convention, order, &real).unwrap();
+                assert!(largest_difference(f.as_slice(), back.as_slice()) < 1e-15);
+            }
+        }
+    }
+    assert_eq!(
+        f.to_real(Convention::default(), Order::ByOrder),
+        f.as_slice()
+    );
+    // Schmidt's P_1^1 = sin θ and 4π's Y_00 = 1: the function is the sum of coefficient times basis function.
+    let mut g = Coefficients::zeros(1);
+    g.set(1, 1, 1.0);
+    g.set(0, 0, 1.0);
+    let d = DVec3::new(0.6, 0.0, 0.8);
+    let value = evaluate(&g, d).unwrap();
+    let schmidt = g.to_real(
+        Convention {
+            normalisation: Normalisation::Schmidt,
+            phase: Phase::Plain,
+        },
+        Order::ByDegree,
+    );
+    assert!((schmidt[0] + schmidt[3] * 0.6 - value).abs() < 1e-15);
 }

@@ -12,8 +12,10 @@
 )]
 
 mod coefficients;
+mod convention;
 mod kernel;
 pub mod legendre;
+mod partial;
 mod point;
 mod recurrence;
 mod ring_fft;
@@ -25,6 +27,8 @@ mod wide_double;
 mod work;
 
 pub use coefficients::{Coefficients, coefficient_count};
+pub use convention::{Convention, Normalisation, Order, Phase};
+pub use partial::{Coupling, MAX_COUPLING_DEGREE, Mask};
 pub use point::{Basis, MAX_BASIS_DEGREE, evaluate, evaluate_all};
 pub use rotation::{MAX_ROTATION_DEGREE, Rotation};
 pub use spectrum::{average_power, convolve_zonal, cross_power, deconvolve_zonal, zonal_factor};

@@ -1,0 +1,253 @@
+//! Spectra from part of a sphere.
+//!
+//! The harmonics of a masked field w f are not those of f: the mask couples degrees. In the mean over fields of one spectrum the coupling is
+//! linear: ⟨B̃_l⟩ = Σ_l′ M_ll′ B_l′, M_ll′ = (2l′+1)/4π Σ_L (2L+1) W_L (l l′ L; 0 0 0)², where B is the average power and W that of the
+//! mask (Hivon et al. 2002, *MASTER of the CMB anisotropy power spectrum*, doi:10.1086/338126). Inverting M over bands of degrees gives
+//! the spectrum of the whole sphere without bias, which no continuation behind the mask does. The mean of estimated over true power for 600
+//! Gaussian fields of B_l = (l+1)^−2.3 seen on a hemisphere (`cargo test --test harmonics_partial -- --nocapture`):
+//!
+//! | degrees | 0 … 1 | 2 … 3 | 4 … 7 | 8 … 15 | 16 … 31 | 32 … 40 |
+//! | --- | --- | --- | --- | --- | --- | --- |
+//! | mirrored | 0.91 ± 0.03 | 0.94 ± 0.02 | 0.970 ± 0.011 | 0.981 ± 0.006 | 0.990 ± 0.003 | 0.943 ± 0.003 |
+//! | half-turn | 0.57 ± 0.02 | 1.03 ± 0.03 | 1.043 ± 0.012 | 1.045 ± 0.006 | 1.043 ± 0.003 | 0.998 ± 0.003 |
+//! | zero, doubled | 1.02 ± 0.05 | 1.14 ± 0.02 | 1.103 ± 0.012 | 1.081 ± 0.006 | 1.064 ± 0.003 | 1.012 ± 0.003 |
+//! | decoupled | 0.95 ± 0.05 | 1.04 ± 0.04 | 0.982 ± 0.015 | 0.996 ± 0.007 | 1.002 ± 0.004 | 1.005 ± 0.004 |
+//! | decoupled, soft edge | 0.95 ± 0.06 | 1.04 ± 0.04 | 0.989 ± 0.019 | 0.996 ± 0.008 | 0.996 ± 0.004 | 1.000 ± 0.004 |
+
+use std::f64::consts::PI;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::legendre;
+use crate::error::check_length;
+use crate::sphere::{Grid, Rule};
+use crate::{Error, Result};
+
+/// The largest degree of a [`Coupling`].
+pub const MAX_COUPLING_DEGREE: usize = 1024;
+
+/// A mask that depends on the angle θ from the pole only.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Mask {
+    /// 1 for θ < `radius`, 0 beyond; radius π/2 is the hemisphere. In radians.
+    Cap {
+        /// Where it ends.
+        radius: f64,
+    },
+    /// 1 for θ < `inner`, falling as cos² to 0 at `outer`. In radians. The soft edge couples distant degrees far less.
+    Apodised {
+        /// Where it begins to fall.
+        inner: f64,
+        /// Where it ends.
+        outer: f64,
+    },
+}
+
+impl Mask {
+    /// Its value at θ.
+    pub fn value(self, theta: f64) -> f64 {
+        match self {
+            Self::Cap { radius } => f64::from(theta < radius),
+            Self::Apodised { inner, outer } => {
+                if theta <= inner {
+                    1.0
+                } else if theta >= outer {
+                    0.0
+                } else {
+                    (PI / 2.0 * (theta - inner) / (outer - inner)).cos().powi(2)
+                }
+            }
+        }
+    }
+
+    /// Multiplies a map on a grid by it.
+    ///
+    /// # Errors
+    /// [`Error::Length`] where the map is not the grid's.
+    pub fn apply(self, grid: &Grid, map: &mut [f64]) -> Result<()> {
+        check_length("the map", grid.len(), map.len())?;
+        for (ring, row) in map.chunks_exact_mut(grid.columns()).enumerate() {
+            let value = self.value(grid.colatitude(ring));
+            row.iter_mut().for_each(|v| *v *= value);
+        }
+        Ok(())
+    }
+
+    /// Its zonal coefficients w_l0 = 2π ∫ w P̄_l0 sin θ dθ, l = 0 … degree, by quadrature on each piece: exact to rounding.
+    fn zonal(self, degree: usize) -> Result<Vec<f64>> {
+        let (inner, outer) = match self {
+            Self::Cap { radius } => (radius, radius),
+            Self::Apodised { inner, outer } => (inner, outer),
+        };
+        if !(0.0 < outer && 0.0 <= inner && inner <= outer && outer <= PI) {
+            return Err(Error::Domain {
+                what: "the edge of a mask",
+                value: if (0.0..=PI).contains(&inner) {
+                    outer
+                } else {
+                    inner
+                },
+                allowed: "between 0 and π, the inner edge within the outer",
+            });
+        }
+        // The integrand oscillates as cos lθ: degree + 20 nodes a piece resolve it with digits to spare.
+        let rule = Rule::gauss_legendre(degree + 20)?;
+        let mut zonal = vec![0.0; degree + 1];
+        let mut p = vec![0.0; degree + 1];
+        for (from, to) in [(0.0, inner), (inner, outer)] {
+            for (x, weight) in rule.nodes.iter().zip(&rule.weights) {
+                let theta = 0.5 * ((from + to) + (to - from) * x);
+                let inside = if to == inner { 1.0 } else { self.value(theta) };
+                legendre::polynomials(theta.cos(), &mut p);
+                let factor = PI * (to - from) * weight * inside * theta.sin();
+                for (l, (zonal, p)) in zonal.iter_mut().zip(&p).enumerate() {
+                    *zonal += factor * p * ((2 * l + 1) as f64 / (4.0 * PI)).sqrt();
+                }
+            }
+        }
+        Ok(zonal)
+    }
+}
+
+/// The coupling of degrees by an axisymmetric mask.
+///
+/// ```
+/// use lobes::harmonics::{Coupling, Mask};
+/// let whole = Coupling::new(Mask::Cap { radius: std::f64::consts::PI }, 8)?;
+/// assert!((whole.matrix()[(3, 3)] - 1.0).abs() < 1e-13); // no mask, no coupling
+/// assert!(whole.matrix()[(3, 4)].abs() < 1e-13);
+/// # Ok::<(), lobes::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Coupling {
+    matrix: DMatrix<f64>,
+}
+
+impl Coupling {
+    /// The matrix M_ll′ for l, l′ = 0 … degree.
+    ///
+    /// # Errors
+    /// [`Error::Degree`] beyond [`MAX_COUPLING_DEGREE`]; [`Error::Domain`] for edges that are not in order or not in 0 … π.
+    pub fn new(mask: Mask, degree: usize) -> Result<Self> {
+        if degree > MAX_COUPLING_DEGREE {
+            return Err(Error::Degree {
+                what: "the coupling of a mask",
+                degree,
+                limit: MAX_COUPLING_DEGREE,
+            });
+        }
+        // (2L+1) W_L = w_L0²
+        let power: Vec<f64> = mask.zonal(2 * degree)?.iter().map(|w| w * w).collect();
+        let mut matrix = DMatrix::zeros(degree + 1, degree + 1);
+        for l in 0..=degree {
+            for other in 0..=l {
+                let sum: f64 = squares_of_three_j(l, other)
+                    .zip(power[l - other..].iter().step_by(2))
+                    .map(|(square, power)| square * power)
+                    .sum();
+                matrix[(l, other)] = sum * (2 * other + 1) as f64 / (4.0 * PI);
+                matrix[(other, l)] = sum * (2 * l + 1) as f64 / (4.0 * PI);
+            }
+        }
+        Ok(Self { matrix })
+    }
+
+    /// M_ll′: row l of the masked field, column l′ of the whole.
+    pub fn matrix(&self) -> &DMatrix<f64> {
+        &self.matrix
+    }
+
+    /// The largest degree.
+    pub fn degree(&self) -> usize {
+        self.matrix.nrows() - 1
+    }
+
+    /// The mean power of the masked field, of a field of this power over the whole sphere.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is a value for each degree.
+    pub fn couple(&self, power: &[f64]) -> Result<Vec<f64>> {
+        check_length("the power", self.degree() + 1, power.len())?;
+        let power = DVector::from_column_slice(power);
+        Ok((&self.matrix * power).data.into())
+    }
+
+    /// The power of the whole sphere in bands of degrees, from the power of the masked field.
+    ///
+    /// Band b holds the degrees `edges[b] .. edges[b + 1]`; within it the power is taken as `shape(l)` times one unknown, which is what comes
+    /// back. Power beyond the last edge is taken as none. A hemisphere cannot tell neighbouring degrees apart: bands of two degrees
+    /// and more keep the inverse tame.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is a value for each degree; [`Error::Domain`] for edges that do not ascend or pass the degree;
+    /// [`Error::Unanswerable`] where the mask cannot tell the bands apart.
+    pub fn decouple(
+        &self,
+        masked: &[f64],
+        edges: &[usize],
+        shape: impl Fn(usize) -> f64,
+    ) -> Result<Vec<f64>> {
+        check_length("the power", self.degree() + 1, masked.len())?;
+        let ascending = edges.windows(2).all(|pair| pair[0] < pair[1]);
+        let last = edges.last().copied().unwrap_or(0);
+        if !ascending || edges.len() < 2 || last > self.degree() + 1 {
+            return Err(Error::Domain {
+                what: "the last edge of the bands",
+                value: last as f64,
+                allowed: "at the end of two or more ascending edges, at most the degree + 1",
+            });
+        }
+        let bands = edges.len() - 1;
+        // Mean over each band, weighted by the number of orders, of both sides.
+        let mean = |band: usize, row: &dyn Fn(usize) -> f64| -> f64 {
+            let (mut sum, mut weight) = (0.0, 0.0);
+            for l in edges[band]..edges[band + 1] {
+                let orders = (2 * l + 1) as f64;
+                sum += orders * row(l);
+                weight += orders;
+            }
+            sum / weight
+        };
+        let matrix = DMatrix::from_fn(bands, bands, |row, column| {
+            mean(row, &|l| {
+                (edges[column]..edges[column + 1])
+                    .map(|other| self.matrix[(l, other)] * shape(other))
+                    .sum()
+            })
+        });
+        let right = DVector::from_fn(bands, |row, _| mean(row, &|l| masked[l]));
+        match matrix.lu().solve(&right) {
+            Some(power) if power.iter().all(|p| p.is_finite()) => Ok(power.data.into()),
+            _ => Err(Error::Unanswerable(
+                "the mask does not tell the bands of degrees apart; take wider bands".into(),
+            )),
+        }
+    }
+}
+
+/// (l l′ L; 0 0 0)² for L = |l − l′|, |l − l′| + 2, … l + l′; l ≥ l′.
+///
+/// With n = l + l′ + L = 2g the square is (2g−2l)!(2g−2l′)!(2g−2L)!/(2g+1)! [g!/((g−l)!(g−l′)!(g−L)!)]²: from L to L + 2 the ratio
+/// is rational.
+fn squares_of_three_j(l: usize, other: usize) -> impl Iterator<Item = f64> {
+    // L = l − l′: (l l′ L)² = C(2l′, l′) [l!…]: by the ratio from l′ = 0, where it is 1/(2l+1).
+    let mut first = 1.0 / (2 * l + 1) as f64;
+    for k in 1..=other {
+        // l fixed, l′ = k, L = l − k; g = l throughout
+        let (k, big) = (k as f64, (l - k) as f64);
+        first *= (2.0 * k - 1.0) * (big + 1.0) / (k * (2.0 * big + 1.0));
+    }
+    (0..=other).scan(first, move |square, i| {
+        let value = *square;
+        // from g to g + 1
+        let (a, b, c) = (i as f64, (l - other + i) as f64, (other - i) as f64);
+        let g = (l + i) as f64;
+        // a = g − l, b = g − l′, c = g − L
+        *square *= (2.0 * a + 1.0) / (a + 1.0)
+            * ((2.0 * b + 1.0) / (b + 1.0))
+            * (c / (2.0 * c - 1.0)).max(0.0)
+            * ((g + 1.0) / (2.0 * g + 3.0));
+        Some(value)
+    })
+}
