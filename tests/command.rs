@@ -197,3 +197,34 @@ fn reproduce_writes_the_whole_page() {
         assert!(at.join("r").join(path).is_file(), "{path} is missing");
     }
 }
+
+/// Debevec's probes are square angular maps, which a mirror ball could be too: the user says which.
+#[test]
+fn a_folder_of_angular_maps_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::create_dir(at.join("probes")).unwrap();
+    for (name, rgbe) in [("a", [90, 120, 160, 129]), ("b", [160, 90, 70, 130])] {
+        std::fs::write(at.join(format!("probes/{name}.hdr")), hdr(96, 96, rgbe)).unwrap();
+    }
+    let output = lobes(
+        &[
+            "reproduce",
+            "--illuminations",
+            "probes",
+            "--mapping",
+            "angular-map",
+            "--size",
+            "16",
+            "--out",
+            "r",
+        ],
+        at,
+    );
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(at.join("r/index.html").is_file());
+}

@@ -22,4 +22,4 @@ pub use interval::wilson;
 pub use modes::{Modes, RingLayout};
 pub use nearest::{NearestNeighbour, Scaling};
 pub use posterior::{Posterior, ReflectanceGrid};
-pub use protocol::{Dataset, Observation, paper_dataset};
+pub use protocol::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, paper_dataset};

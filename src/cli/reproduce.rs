@@ -25,8 +25,8 @@ const LIGHT_DEGREE: usize = 128;
 
 /// What the paper prints: (what, accuracy in per cent, of how many).
 const PAPER: [(&str, f64, &str); 2] = [
-    ("the paper, its features", 94.4, "68/72"),
-    ("the paper, Dror, Adelson and Willsky's features", 78.8, "–"),
+    ("as the paper reports", 94.4, "68/72"),
+    ("Dror et al., as the paper reports", 78.8, "–"),
 ];
 
 /// The continuations whose features have odd degrees.
@@ -236,7 +236,7 @@ fn paper_rows() -> Vec<Vec<String>> {
 
 fn table(rows: &[Row]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_NO_BORDERS);
+    table.load_style(presets::NOTHING);
     table.set_header(HEADINGS.map(|h| h.trim_end_matches('#')));
     for row in rows {
         table.add_row(columns(&row.row));
@@ -326,9 +326,14 @@ fn write_page(
         .collect();
     let eta = spectrum::median_eta(spectra);
     output.add("figures/light.svg", light_spectra(&named, eta));
+    let mut clipped: Vec<f64> = spectra.iter().map(|s| s.clipped_eta).collect();
+    clipped.sort_by(f64::total_cmp);
     page.paragraph(&format!(
-        "The average power of each degree falls as k / l^(2+η); the median η over these maps is {eta:.2}. \
-         Hover over a line for its name.",
+        "The average power of each degree falls as k / l^(2+η). A small bright sun or lamp has as much power at every \
+         degree (η = −2) and hides the rest: the median η over these maps is {eta:.2}, and {:.2} once the brightest {} % \
+         of the sphere are clipped. Hover over a line for its name.",
+        clipped[clipped.len() / 2],
+        100.0 * LightSpectrum::CLIPPED_SHARE,
     ));
     page.figure(&Figure {
         path: "figures/light.svg".into(),
@@ -394,6 +399,13 @@ fn write_page(
         });
     }
     page.grid(4, &pictures);
+    let shown: Vec<&SphereImage> = data
+        .observations
+        .iter()
+        .filter(|o| o.illumination == shown)
+        .map(|o| &o.image)
+        .collect();
+    output.add("figures/spheres.png", contact_sheet(&shown, 4)?);
 
     page.heading("The illuminations");
     let mut pictures = Vec::new();
@@ -405,8 +417,8 @@ fn write_page(
             caption: vec![
                 map.name().to_owned(),
                 format!(
-                    "η = {:.2} ± {:.2}",
-                    spectrum.law.eta, spectrum.law.eta_error
+                    "η = {:.2} ± {:.2}; clipped {:.2}",
+                    spectrum.law.eta, spectrum.law.eta_error, spectrum.clipped_eta
                 ),
             ],
         });
@@ -420,6 +432,23 @@ fn write_page(
         options.size,
         Settings::default().tolerance,
     )))
+}
+
+/// Images of one size side by side, `columns` in a row.
+fn contact_sheet(images: &[&SphereImage], columns: usize) -> Result<Vec<u8>> {
+    let margin = 8;
+    let cell = images[0].size() + margin;
+    let rows = images.len().div_ceil(columns);
+    encode_png(
+        columns * cell + margin,
+        rows * cell + margin,
+        1.0,
+        |row, column| {
+            let (row, column) = (row.checked_sub(margin)?, column.checked_sub(margin)?);
+            let image = images.get(row / cell * columns + column / cell)?;
+            image.get(row % cell, column % cell)
+        },
+    )
 }
 
 /// A map as a small picture, its mean at a middle grey.

@@ -63,7 +63,7 @@ fn number(value: Option<f64>, decimals: usize) -> String {
 
 fn table(maps: &[EnvironmentMap], spectra: &[LightSpectrum]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_NO_BORDERS);
+    table.load_style(presets::NOTHING);
     table.set_header([
         "map",
         "η",

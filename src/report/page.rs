@@ -23,15 +23,15 @@ pub struct Page {
 const STYLE: &str = "\
 :root{color-scheme:light}\
 body{font:16px/1.55 system-ui,sans-serif;color:#222;background:#fafafa;margin:0}\
-main{max-width:880px;margin:0 auto;padding:32px 20px 64px}\
+main{max-width:960px;margin:0 auto;padding:32px 20px 64px}\
 h1{font-size:28px;line-height:1.2;margin:0 0 8px}h2{font-size:20px;margin:44px 0 8px}\
 p{margin:8px 0;max-width:72ch}\
 figure{margin:16px 0}figure>img{max-width:100%;height:auto;border:1px solid #e3e3e3;border-radius:6px;background:#fff}\
 .grid{display:grid;gap:14px;margin:16px 0}.grid figure{margin:0}\
 .grid img{width:100%;border:0;border-radius:4px;display:block;background:none}\
 figcaption{font-size:13px;color:#666;margin-top:4px}figcaption b{color:#222;font-weight:600;display:block}\
-.scroll{overflow-x:auto}table{border-collapse:collapse;font-size:14px;margin:12px 0;font-variant-numeric:tabular-nums}\
-th,td{padding:5px 12px 5px 0;text-align:left;border-bottom:1px solid #e3e3e3;white-space:nowrap}\
+.scroll{overflow-x:auto}table{border-collapse:collapse;font-size:13.5px;margin:12px 0;font-variant-numeric:tabular-nums}\
+th,td{padding:5px 14px 5px 0;text-align:left;border-bottom:1px solid #e3e3e3;white-space:nowrap}\
 th{font-weight:600;border-bottom-color:#999}td.number,th.number{text-align:right}\
 tr.strong td{font-weight:600;background:#eef4fa}tr.quoted td{color:#666;font-style:italic}\
 footer{margin-top:48px;font-size:13px;color:#666}";
