@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 
 type Outcome = std::result::Result<(), Failed>;
 
-const REMEDY: &str = "run cargo run --example accuracy > ACCURACY.md";
+const REMEDY: &str = "run cargo run -- accuracy > ACCURACY.md";
 
 static ROOT: LazyLock<&Path> = LazyLock::new(|| Path::new(env!("CARGO_MANIFEST_DIR")));
 static SNAPSHOTS: LazyLock<Snapshots> =

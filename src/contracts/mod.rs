@@ -14,10 +14,15 @@ mod table;
 mod basis;
 mod beckmann;
 mod colorimetry;
+mod evaluation;
+mod invariance;
 mod legendre;
 mod map;
+mod picture;
+mod pipeline;
 mod radiance;
 mod reflectance;
+mod rotation;
 mod spectrum;
 mod sphere;
 mod transform;
@@ -118,12 +123,17 @@ pub fn contracts() -> Vec<Contract> {
         basis::contracts(),
         legendre::contracts(),
         transform::contracts(),
-        beckmann::contracts(),
-        colorimetry::contracts(),
-        map::contracts(),
-        radiance::contracts(),
-        spectrum::contracts(),
+        rotation::contracts(),
+        invariance::contracts(),
         reflectance::contracts(),
+        beckmann::contracts(),
+        radiance::contracts(),
+        map::contracts(),
+        picture::contracts(),
+        spectrum::contracts(),
+        colorimetry::contracts(),
+        pipeline::contracts(),
+        evaluation::contracts(),
     ]
     .concat()
 }
