@@ -138,8 +138,13 @@ impl IrradianceTree {
     pub(super) fn irradiance(&self, normal: DVec3, tolerance: f64) -> ([f64; 3], f64) {
         let normal = to_map(normal);
         let rough = self.rough(normal);
-        let (value, error) = self.walk(normal, 0.1 * tolerance * rough);
-        let sum: f64 = value.iter().sum();
+        let (mut value, mut error) = self.walk(normal, 0.1 * tolerance * rough);
+        let mut sum: f64 = value.iter().sum();
+        if sum < 0.5 * rough {
+            // Darker than the table knows.
+            (value, error) = self.walk(normal, 0.05 * tolerance * sum.max(1e-3 * rough));
+            sum = value.iter().sum();
+        }
         (value, if sum > 0.0 { error / sum } else { 0.0 })
     }
 
@@ -178,7 +183,17 @@ impl IrradianceTree {
                 continue;
             }
             let error = MODEL_ERROR * node.mass * node.sin;
-            if error <= allowed || level == 0 {
+            if level == 0 && error > allowed {
+                // A bright pixel on the horizon: its hat point by point.
+                let parts = (2.0 * (error / allowed).sqrt()).clamp(2.0, 256.0) as usize;
+                let share = self.hat_above(normal, index, parts);
+                for (sum, vector) in sums.iter_mut().zip(&node.vectors) {
+                    *sum += share * vector.length();
+                }
+                squares += (error / (parts * parts) as f64).powi(2);
+                continue;
+            }
+            if error <= allowed {
                 for (sum, vector) in sums.iter_mut().zip(&node.vectors) {
                     *sum += straddling(normal.dot(*vector), vector.length(), node.sin.min(1.0));
                 }
@@ -196,6 +211,29 @@ impl IrradianceTree {
             }
         }
         (sums, squares.sqrt())
+    }
+}
+
+impl IrradianceTree {
+    /// ∫ max(n·ω, 0) over a pixel's hat, relative to the length of ∫ ω: a midpoint rule of `parts` points a quarter, each way.
+    fn hat_above(&self, normal: DVec3, index: usize, parts: usize) -> f64 {
+        let width = self.widths[0];
+        let step = TAU / width as f64;
+        let offset = |point: usize| (point as f64 + 0.5) / parts as f64 - 1.0;
+        let (mut above, mut all) = (0.0, DVec3::ZERO);
+        for down in 0..2 * parts {
+            let theta = ((index / width) as f64 + 0.5 + offset(down)) * step;
+            let (sin, cos) = theta.sin_cos();
+            let row = (1.0 - offset(down).abs()) * sin.abs();
+            for right in 0..2 * parts {
+                let psi = ((index % width) as f64 + 0.5 + offset(right)) * step;
+                let light = DVec3::new(sin * psi.cos(), sin * psi.sin(), cos);
+                let weight = row * (1.0 - offset(right).abs());
+                above += weight * normal.dot(light).max(0.0);
+                all += weight * light;
+            }
+        }
+        above / all.length()
     }
 }
 

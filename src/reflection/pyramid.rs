@@ -66,7 +66,7 @@ impl Pyramid {
     pub(super) fn new(map: &EnvironmentMap, simd: SimdLevel, parallelism: Parallelism) -> Self {
         let rows: Vec<usize> = ROWS
             .into_iter()
-            .filter(|&rows| rows == ROWS[0] || rows <= 4 * map.height())
+            .filter(|&rows| rows <= (4 * map.height()).max(512))
             .collect();
         let finest = rows[rows.len() - 1];
         let counts = column_counts(2 * finest + 2 * TAPS);

@@ -65,8 +65,8 @@ pub fn reference(
         return Ok(total);
     }
     let mut add = |albedo: [f64; 3], part: Reference| {
-        for channel in 0..3 {
-            total.value[channel] += albedo[channel] * part.value[channel];
+        for ((sum, albedo), value) in total.value.iter_mut().zip(albedo).zip(part.value) {
+            *sum += albedo * value;
         }
         total.error += part.error * albedo.into_iter().fold(0.0, f64::max);
     };
@@ -326,9 +326,9 @@ fn adaptive(start: f64, end: f64, density: f64, f: &dyn Fn(f64) -> Sum) -> Sum {
         for (x, weight, gauss) in POINTS {
             for &x in &[-x, x][..if x == 0.0 { 1 } else { 2 }] {
                 let sum = f(middle + half * x);
-                for channel in 0..3 {
-                    fine.value[channel] += half * weight * sum.value[channel];
-                    coarse[channel] += half * gauss * sum.value[channel];
+                for (channel, value) in sum.value.into_iter().enumerate() {
+                    fine.value[channel] += half * weight * value;
+                    coarse[channel] += half * gauss * value;
                 }
                 fine.error += half * weight * sum.error;
                 values[found] = sum;
@@ -338,9 +338,9 @@ fn adaptive(start: f64, end: f64, density: f64, f: &dyn Fn(f64) -> Sum) -> Sum {
         let mut at = 0;
         for (x, weight, _) in POINTS {
             for _ in 0..if x == 0.0 { 1 } else { 2 } {
-                for channel in 0..3 {
+                for (channel, spread) in spread.iter_mut().enumerate() {
                     let mean = fine.value[channel] / (2.0 * half);
-                    spread[channel] += half * weight * (values[at].value[channel] - mean).abs();
+                    *spread += half * weight * (values[at].value[channel] - mean).abs();
                 }
                 at += 1;
             }

@@ -25,7 +25,7 @@ use crate::{Error, Parallelism, Result};
 pub struct Settings {
     /// Pixels a side.
     pub size: usize,
-    /// The largest error, from 10⁻⁶ to 0.1.
+    /// The largest error, from 10⁻⁵ to 0.1.
     pub tolerance: f64,
     /// 1 for what the pixels' centres see; n for the mean over n × n points of each pixel, those that miss the sphere
     /// left out.
@@ -64,6 +64,66 @@ pub struct Renderer {
     simd: SimdLevel,
 }
 
+/// A lobe, and what of it is the same for every sight.
+struct Specular {
+    ward: Ward,
+    sigma: f64,
+    share: ShareAboveHorizon,
+}
+
+/// The share of a lobe's half vectors whose light is above the horizon, as a Chebyshev series in the view's cosine.
+struct ShareAboveHorizon {
+    /// From this cosine on it is 1.
+    limit: f64,
+    coefficients: Vec<f64>,
+}
+
+impl ShareAboveHorizon {
+    /// 1 for the lobes that are not divided by it.
+    fn new(ward: &Ward) -> Self {
+        if ward.variant() != Variant::RadianceSampled {
+            return Self {
+                limit: 0.0,
+                coefficients: Vec::new(),
+            };
+        }
+        // At a cosine of 12 σ the horizon is six widths of the Gaussian away.
+        let limit = (12.0 * ward.sigma()[0]).min(1.0);
+        const TERMS: usize = 32;
+        let node = |index: usize| (PI * (index as f64 + 0.5) / TERMS as f64).cos();
+        let values: Vec<f64> = (0..TERMS)
+            .map(|index| ward.share_above_horizon(0.5 * limit * (1.0 + node(index))))
+            .collect();
+        let coefficients = (0..TERMS)
+            .map(|degree| {
+                let sum: f64 = (0..TERMS)
+                    .map(|index| {
+                        values[index]
+                            * (PI * degree as f64 * (index as f64 + 0.5) / TERMS as f64).cos()
+                    })
+                    .sum();
+                sum * if degree == 0 { 1.0 } else { 2.0 } / TERMS as f64
+            })
+            .collect();
+        Self {
+            limit,
+            coefficients,
+        }
+    }
+
+    fn at(&self, cosine: f64) -> f64 {
+        if cosine >= self.limit {
+            return 1.0;
+        }
+        let x = 2.0 * cosine / self.limit - 1.0;
+        let (mut last, mut before) = (0.0, 0.0);
+        for coefficient in self.coefficients[1..].iter().rev() {
+            (last, before) = (coefficient + 2.0 * x * last - before, last);
+        }
+        self.coefficients[0] + x * last - before
+    }
+}
+
 /// How finely a lobe is sampled.
 #[derive(Debug, Clone, Copy)]
 struct Effort {
@@ -81,13 +141,13 @@ struct Effort {
 
 impl Effort {
     fn for_tolerance(tolerance: f64) -> Self {
-        let digits = -tolerance.log10();
+        let digits = -tolerance.log10().max(-7.0);
         Self {
-            steps: 0.7 + 0.45 * digits,
-            reach: (digits + 4.0) * std::f64::consts::LN_10,
-            part: 2.9 - 0.4 * digits,
-            cut: 0.01 * tolerance,
-            cut_error: 2.0 * tolerance,
+            steps: 0.3 + 0.37 * digits,
+            reach: (digits + 3.0) * std::f64::consts::LN_10,
+            part: (3.2 - 0.4 * digits).max(1.0),
+            cut: 0.05 * tolerance,
+            cut_error: tolerance,
         }
     }
 }
@@ -205,15 +265,96 @@ impl Renderer {
             check_unit(sight.normal)?;
             check_unit(sight.view)?;
         }
-        let effort = Effort::for_tolerance(tolerance);
+        let specular = material.lobe(variant).map(|ward| Specular {
+            sigma: ward.sigma()[0],
+            share: ShareAboveHorizon::new(&ward),
+            ward,
+        });
+        if specular.is_none() && material.diffuse() == [0.0; 3] {
+            return Ok((
+                self.list(material, None, sights, tolerance, parallelism),
+                0.0,
+            ));
+        }
+        // What was asked for first, then more until the estimate agrees.
+        let mut effort = tolerance;
+        let mut reached = f64::INFINITY;
+        for _ in 0..ATTEMPTS {
+            let values = self.list(material, specular.as_ref(), sights, effort, parallelism);
+            reached = self
+                .estimate(
+                    material,
+                    specular.as_ref(),
+                    sights,
+                    &values,
+                    effort,
+                    parallelism,
+                )
+                .max(LEAST_ESTIMATE * effort);
+            if reached <= tolerance {
+                return Ok((values, reached));
+            }
+            effort *= 0.1;
+        }
+        Err(Error::Tolerance {
+            what: "a rendering",
+            asked: tolerance,
+            reached,
+        })
+    }
+
+    /// The error of a list: what changes in some of its sights when they are done with far more effort.
+    ///
+    /// Some [`CHECKED`] sights are done again, spread evenly, and the worst counts, twice.
+    fn estimate(
+        &self,
+        material: &Material,
+        specular: Option<&Specular>,
+        sights: &[Sight],
+        values: &[[f64; 3]],
+        effort: f64,
+        parallelism: Parallelism,
+    ) -> f64 {
+        let mean = |value: &[f64; 3]| value.iter().sum::<f64>() / 3.0;
+        let picture = values.iter().map(mean).sum::<f64>() / values.len().max(1) as f64;
+        let stride = (sights.len() / CHECKED).max(1);
+        let chosen: Vec<usize> = (stride / 2..sights.len()).step_by(stride).collect();
+        let some: Vec<Sight> = chosen.iter().map(|&index| sights[index]).collect();
+        let better = self.list(material, specular, &some, 0.1 * effort, parallelism);
+        let worst = chosen
+            .iter()
+            .zip(&better)
+            .map(|(&index, better)| {
+                let difference = (0..3)
+                    .map(|channel| (values[index][channel] - better[channel]).abs())
+                    .fold(0.0, f64::max);
+                let scale = mean(better).max(FLOOR * picture);
+                if difference == 0.0 {
+                    0.0
+                } else {
+                    difference / scale
+                }
+            })
+            .fold(0.0, f64::max);
+        2.0 * worst
+    }
+
+    /// The radiances of a list, with the effort that should do for a tolerance.
+    fn list(
+        &self,
+        material: &Material,
+        specular: Option<&Specular>,
+        sights: &[Sight],
+        tolerance: f64,
+        parallelism: Parallelism,
+    ) -> Vec<[f64; 3]> {
         const BLOCK: usize = 256;
+        let effort = Effort::for_tolerance(tolerance);
         let blocks = parallelism.map(sights.len().div_ceil(BLOCK), |block| {
             let sights = &sights[block * BLOCK..((block + 1) * BLOCK).min(sights.len())];
-            dispatch!(self.simd, simd => self.block(simd, material, variant, sights, tolerance, effort))
+            dispatch!(self.simd, simd => self.block(simd, material, specular, sights, tolerance, effort))
         });
-        let values: Vec<[f64; 3]> = blocks.concat();
-        let exact = material.lobe(variant).is_none() && material.diffuse() == [0.0; 3];
-        Ok((values, if exact { 0.0 } else { tolerance }))
+        blocks.concat()
     }
 
     #[inline(always)]
@@ -221,13 +362,12 @@ impl Renderer {
         &self,
         simd: S,
         material: &Material,
-        variant: Variant,
+        lobe: Option<&Specular>,
         sights: &[Sight],
         tolerance: f64,
         effort: Effort,
     ) -> Vec<[f64; 3]> {
         let (diffuse, specular) = (material.diffuse(), material.specular());
-        let lobe = material.lobe(variant);
         let mut values = Vec::with_capacity(sights.len());
         // A loop, not an iterator: what is inside must be compiled for the instructions of `simd`, and a closure is not.
         for sight in sights {
@@ -235,13 +375,15 @@ impl Renderer {
             let mut sum = [0.0; 3];
             if cosine > 0.0 {
                 if diffuse != [0.0; 3] {
-                    let (irradiance, _) = self.irradiance.irradiance(sight.normal, tolerance);
+                    let (irradiance, _) = self
+                        .irradiance
+                        .irradiance(sight.normal, tolerance.max(LEAST_TOLERANCE));
                     for channel in 0..3 {
                         sum[channel] += diffuse[channel] / PI * irradiance[channel];
                     }
                 }
                 if specular != [0.0; 3] {
-                    let light = match &lobe {
+                    let light = match lobe {
                         Some(lobe) => self.lobe(simd, lobe, sight, cosine, effort),
                         None => self.map.radiance(2.0 * cosine * sight.normal - sight.view),
                     };
@@ -260,16 +402,14 @@ impl Renderer {
     fn lobe<S: Simd>(
         &self,
         simd: S,
-        ward: &Ward,
+        specular: &Specular,
         sight: &Sight,
         cosine: f64,
         effort: Effort,
     ) -> [f64; 3] {
-        let sigma = ward.sigma()[0];
-        let share = match ward.variant() {
-            Variant::RadianceSampled => ward.share_above_horizon(cosine),
-            _ => 1.0,
-        };
+        let Specular { ward, sigma, share } = specular;
+        let sigma = *sigma;
+        let share = share.at(cosine);
         let lobe = LobeAt {
             variant: ward.variant(),
             normal: to_map(sight.normal),
@@ -359,6 +499,22 @@ impl Renderer {
     }
 }
 
+/// About so many sights are done again to estimate the error; all of a shorter list.
+const CHECKED: usize = 256;
+
+/// The least error that is reported, over the tolerance that the effort was made for: what the sights that are not done again
+/// may hide.
+const LEAST_ESTIMATE: f64 = 0.5;
+
+/// The smallest tolerance.
+const LEAST_TOLERANCE: f64 = 1e-5;
+
+/// How often more effort is made.
+const ATTEMPTS: usize = 3;
+
+/// The least value, over the picture's mean, that an error is relative to.
+const FLOOR: f64 = 0.01;
+
 /// Steps of the grid over which the lobe is cut off smoothly above the horizon.
 const CUT: f64 = 10.0;
 
@@ -394,13 +550,13 @@ fn bright(map: &EnvironmentMap) -> Vec<DVec3> {
 }
 
 fn check_tolerance(tolerance: f64) -> Result<()> {
-    if (1e-6..=0.1).contains(&tolerance) {
+    if (LEAST_TOLERANCE..=0.1).contains(&tolerance) {
         Ok(())
     } else {
         Err(Error::Domain {
             what: "the tolerance of a rendering",
             value: tolerance,
-            allowed: "from 1e-6 to 0.1",
+            allowed: "from 1e-5 to 0.1",
         })
     }
 }
