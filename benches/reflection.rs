@@ -30,7 +30,9 @@ fn spheres(criterion: &mut Criterion) {
     let one = Parallelism::Sequential;
     let mut group = criterion.benchmark_group("reflection");
     group.sample_size(10);
-    group.bench_function("prepare", |bencher| bencher.iter(|| Renderer::new(&map, one)));
+    group.bench_function("prepare", |bencher| {
+        bencher.iter(|| Renderer::new(&map, one));
+    });
     let renderer = Renderer::new(&map, one).expect("the map is small");
     for material in presets().iter().chain([&Material::white()]) {
         group.bench_function(material.name(), |bencher| {
