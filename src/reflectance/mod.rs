@@ -8,12 +8,15 @@ mod batch;
 pub mod fit;
 mod gauss;
 mod horizon;
+mod isotropic;
 pub mod lambert;
 mod material;
+pub mod recover;
 mod slope;
 mod ward;
 mod zonal;
 
+pub use isotropic::{IsotropicCoefficients, MAX_ISOTROPIC_DEGREE};
 pub use material::{Material, Roughness, presets, presets_as_albedos};
 pub use ward::{HORIZON, MIN_SIGMA, Sample, Variant, Ward};
 pub use zonal::MAX_ZONAL_DEGREE;

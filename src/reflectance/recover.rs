@@ -1,0 +1,171 @@
+//! The inverse with known light: the kernel from what a surface reflects, and the lobe from the kernel.
+
+use super::lambert;
+use super::ward::{MIN_SIGMA, Variant, Ward};
+use crate::harmonics::Coefficients;
+use crate::{Error, Result};
+
+/// The kernel at one degree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KernelEstimate {
+    /// `k_l = Λ_l ρ̂_l`, by which `B_lm = k_l L_lm`.
+    pub value: f64,
+    /// Its standard error, from the scatter of the 2l + 1 orders; infinite where there is one order or the light has no power.
+    pub standard_error: f64,
+}
+
+/// The kernel `k_l`, l = 0 … degree, that takes the light to the reflected field: least squares over the orders,
+/// `k_l = Σ_m B_lm L_lm / Σ_m L_lm²`.
+///
+/// This is Ramamoorthi and Hanrahan's deconvolution (2001, [doi:10.1145/383259.383271](https://doi.org/10.1145/383259.383271)) for a kernel that is
+/// round about the direction by which B is indexed. Where the light has no power the value is 0 and its error infinite.
+///
+/// # Errors
+/// [`Error::Length`] if the two differ in degree or orders.
+pub fn recover_kernel(
+    light: &Coefficients,
+    reflected: &Coefficients,
+) -> Result<Vec<KernelEstimate>> {
+    let cross = crate::harmonics::cross_power(light, reflected)?;
+    let power = crate::harmonics::average_power(light);
+    let reflected_power = crate::harmonics::average_power(reflected);
+    Ok((0..power.len())
+        .map(|l| {
+            if power[l] <= 0.0 {
+                return KernelEstimate {
+                    value: 0.0,
+                    standard_error: f64::INFINITY,
+                };
+            }
+            let value = cross[l] / power[l];
+            // Σ (B − kL)² / Σ L², over the 2l degrees of freedom that are left.
+            let scatter = (reflected_power[l] / power[l] - value * value).max(0.0);
+            let standard_error = if l == 0 {
+                f64::INFINITY
+            } else {
+                (scatter / (2 * l) as f64).sqrt()
+            };
+            KernelEstimate {
+                value,
+                standard_error,
+            }
+        })
+        .collect())
+}
+
+/// A surface recovered from its kernel: values and standard errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Recovered {
+    /// `ρ_d` and its standard error.
+    pub diffuse: [f64; 2],
+    /// `ρ_s` and its standard error.
+    pub specular: [f64; 2],
+    /// σ and its standard error.
+    pub sigma: [f64; 2],
+}
+
+/// Fits `k_l = ρ_d A_l/π + ρ_s b_l(σ)` to an estimated kernel, each degree by its standard error, σ in [0.005, 0.5].
+///
+/// Degrees with an infinite error are left out; an error of 0 counts as 10⁻¹² of the largest value. `b_l` is that of normal incidence.
+///
+/// # Errors
+/// [`Error::Unanswerable`] if fewer than four degrees are known or they do not determine the three parameters.
+pub fn recover_lobe(kernel: &[KernelEstimate], variant: Variant) -> Result<Recovered> {
+    let scale = kernel.iter().map(|k| k.value.abs()).fold(0.0, f64::max);
+    let known: Vec<(usize, f64, f64)> = kernel
+        .iter()
+        .enumerate()
+        .filter(|(_, k)| k.standard_error.is_finite() && k.value.is_finite())
+        .map(|(l, k)| (l, k.value, 1.0 / k.standard_error.max(1e-12 * scale)))
+        .collect();
+    let undetermined =
+        || Error::Unanswerable("the kernel does not determine ρ_d, ρ_s and σ".to_owned());
+    if known.len() < 4 || scale == 0.0 {
+        return Err(undetermined());
+    }
+    let top = known.last().map_or(0, |&(l, _, _)| l);
+    let lambertian: Vec<f64> = lambert::transfers(top)
+        .iter()
+        .map(|a| a / std::f64::consts::PI)
+        .collect();
+    let lobe = |log_sigma: f64| -> Result<Vec<f64>> {
+        Ward::isotropic(variant, log_sigma.exp().clamp(MIN_SIGMA, 1.0))?.zonal(1.0, top)
+    };
+    // For a given σ the albedos are linear: (ρ_d, ρ_s, the sum of squares).
+    let albedos = |b: &[f64]| {
+        let (mut dd, mut ds, mut ss, mut dv, mut sv) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for &(l, value, weight) in &known {
+            let (d, s, v) = (weight * lambertian[l], weight * b[l], weight * value);
+            dd += d * d;
+            ds += d * s;
+            ss += s * s;
+            dv += d * v;
+            sv += s * v;
+        }
+        let determinant = dd * ss - ds * ds;
+        let (diffuse, specular) = (
+            (ss * dv - ds * sv) / determinant,
+            (dd * sv - ds * dv) / determinant,
+        );
+        let sum: f64 = known
+            .iter()
+            .map(|&(l, value, weight)| {
+                (weight * (value - diffuse * lambertian[l] - specular * b[l])).powi(2)
+            })
+            .sum();
+        (diffuse, specular, sum)
+    };
+    let objective = |log_sigma: f64| -> Result<f64> {
+        let (_, _, sum) = albedos(&lobe(log_sigma)?);
+        Ok(if sum.is_nan() { f64::INFINITY } else { sum })
+    };
+    // A scan, then the golden section about the best.
+    let (low, high) = (0.005f64.ln(), 0.5f64.ln());
+    let step = (high - low) / 40.0;
+    let mut best = (f64::INFINITY, low);
+    for index in 0..=40 {
+        let at = low + step * f64::from(index);
+        let sum = objective(at)?;
+        if sum < best.0 {
+            best = (sum, at);
+        }
+    }
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = ((best.1 - step).max(low), (best.1 + step).min(high));
+    let (mut x, mut y) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut at_x, mut at_y) = (objective(x)?, objective(y)?);
+    while b - a > 1e-9 {
+        if at_x < at_y {
+            (b, y, at_y) = (y, x, at_x);
+            x = b - golden * (b - a);
+            at_x = objective(x)?;
+        } else {
+            (a, x, at_x) = (x, y, at_y);
+            y = a + golden * (b - a);
+            at_y = objective(y)?;
+        }
+    }
+    let log_sigma = 0.5 * (a + b);
+    let b = lobe(log_sigma)?;
+    let (diffuse, specular, _) = albedos(&b);
+    let (above, below) = (lobe(log_sigma + 1e-4)?, lobe(log_sigma - 1e-4)?);
+    let mut normal = nalgebra::Matrix3::<f64>::zeros();
+    for &(l, _, weight) in &known {
+        let slope = specular * (above[l] - below[l]) / 2e-4;
+        let row = nalgebra::Vector3::new(lambertian[l], b[l], slope) * weight;
+        normal += row * row.transpose();
+    }
+    let Some(covariance) = normal.try_inverse() else {
+        return Err(undetermined());
+    };
+    let error = |k: usize| covariance[(k, k)].sqrt();
+    let sigma = log_sigma.exp();
+    if !(error(0) + error(1) + error(2)).is_finite() {
+        return Err(undetermined());
+    }
+    Ok(Recovered {
+        diffuse: [diffuse, error(0)],
+        specular: [specular, error(1)],
+        sigma: [sigma, sigma * error(2)],
+    })
+}
