@@ -7,9 +7,6 @@ use crate::error::check_length;
 use crate::reflection::Operator;
 use crate::{Error, Result};
 
-/// How strong the noise is, as a share of the amplitudes' standard deviation, unless another is asked for.
-pub const DEFAULT_NOISE: f64 = 1e-3;
-
 /// The likelihood of one channel of a picture for one reflectance and one spectrum of light.
 ///
 /// Light is a Gaussian field of unknown strength k, L_lm ~ N(0, k C_l). Through the operator of the view the amplitudes y_m

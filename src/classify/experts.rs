@@ -31,6 +31,11 @@ pub trait Expert: Sync {
 /// right. So the prior of the spectrum is the set of measured ones, each as likely as the others: ln p(picture) is the
 /// logarithm of the mean likelihood over them. Channels have one reflectance, one roughness and one spectrum, and a
 /// strength of light each, which is integrated out: the colour of the light is unknown.
+///
+/// Two limits. Materials whose pictures differ by exposure only, such as black and white matte plastic, have the same
+/// evidence, and no method tells them apart without the exposure. And a sun is no draw from a Gaussian field: one highlight
+/// sets the strength, the rest of the picture is then too smooth for it, and rougher and more diffuse materials than the true
+/// one are favoured.
 #[derive(Debug)]
 pub struct EvidenceExpert {
     /// evidence[observation][material][illumination whose spectrum it is], channels added.
