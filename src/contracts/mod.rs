@@ -26,6 +26,7 @@ mod rotation;
 mod spectrum;
 mod sphere;
 mod transform;
+mod view_operator;
 
 pub use measurement::{Measurement, Tally};
 pub use metric::Metric;
@@ -128,6 +129,7 @@ pub fn contracts() -> Vec<Contract> {
         reflectance::contracts(),
         beckmann::contracts(),
         radiance::contracts(),
+        view_operator::contracts(),
         map::contracts(),
         picture::contracts(),
         spectrum::contracts(),
