@@ -1,4 +1,8 @@
 //! The features of images whose spectra are known in closed form.
+#![expect(
+    clippy::doc_markdown,
+    reason = "the formulas are plain text, with subscripts"
+)]
 
 use lobes::features::{Continuation, ImagePower, ImageSpectrum, PaperFeatures, TOP_DEGREE};
 use lobes::glam::DVec3;

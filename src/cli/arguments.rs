@@ -28,6 +28,8 @@ pub(super) enum Verb {
     Spectrum(Spectrum),
     /// Spheres of one or all materials under a map, as PNG and EXR.
     Render(Render),
+    /// Ward's parameters of a measured surface, by least squares.
+    Fit(Fit),
     /// The accuracy contracts, measured: the contents of ACCURACY.md.
     Accuracy(Accuracy),
 }
@@ -142,4 +144,19 @@ pub(super) struct Accuracy {
     /// holds the current folder.
     #[arg(long, value_name = "DIR")]
     pub(super) snapshots: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Fit {
+    /// A MERL file (.binary), or a CSV of theta_i, phi_i, theta_o, phi_o in degrees and value in 1/sr.
+    pub(super) file: PathBuf,
+    /// The specular lobe.
+    #[arg(long, value_name = "NAME", default_value = "gmd")]
+    pub(super) lobe: Variant,
+    /// Fit a width along each tangent.
+    #[arg(long)]
+    pub(super) anisotropic: bool,
+    /// The plot of the residuals, as SVG.
+    #[arg(long, value_name = "FILE", default_value = "fit.svg")]
+    pub(super) plot: PathBuf,
 }

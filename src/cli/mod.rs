@@ -7,6 +7,7 @@
 
 mod accuracy;
 mod arguments;
+mod fit;
 mod lights;
 mod materials;
 mod output;
@@ -44,6 +45,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         Verb::Reproduce(options) => reproduce::run(options),
         Verb::Spectrum(options) => spectrum::run(options),
         Verb::Render(options) => render::run(options),
+        Verb::Fit(options) => fit::run(options),
         Verb::Accuracy(options) => accuracy::run(options),
     })
 }

@@ -23,6 +23,9 @@ use crate::{Error, Parallelism, Result};
 /// The degree to which the page shows the spectra of the light.
 const LIGHT_DEGREE: usize = 128;
 
+/// The exposure of the pictures of spheres; 1 is the mean of the white sphere, which leaves its bright side room.
+const PICTURE_EXPOSURE: f64 = 0.5;
+
 /// What the paper prints: (what, accuracy in per cent, of how many).
 const PAPER: [(&str, f64, &str); 2] = [
     ("as the paper reports", 94.4, "68/72"),
@@ -380,7 +383,7 @@ fn write_page(
         let size = observation.image.size();
         output.add(
             format!("{stem}.png"),
-            encode_png(size, size, 1.0, |row, column| {
+            encode_png(size, size, PICTURE_EXPOSURE, |row, column| {
                 observation.image.get(row, column)
             })?,
         );
@@ -442,7 +445,7 @@ fn contact_sheet(images: &[&SphereImage], columns: usize) -> Result<Vec<u8>> {
     encode_png(
         columns * cell + margin,
         rows * cell + margin,
-        1.0,
+        PICTURE_EXPOSURE,
         |row, column| {
             let (row, column) = (row.checked_sub(margin)?, column.checked_sub(margin)?);
             let image = images.get(row / cell * columns + column / cell)?;

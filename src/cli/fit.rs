@@ -1,0 +1,100 @@
+//! `lobes fit`: Ward's parameters of a measured surface.
+
+use std::path::Path;
+
+use comfy_table::{CellAlignment, Table, presets};
+
+use crate::cli::arguments::Fit;
+use crate::cli::output;
+use crate::reflectance::fit::{self, Estimate, Measurement, Widths};
+use crate::report::{Axis, Chart, Mark, Series};
+use crate::{Error, Result};
+
+/// The most points of a channel that the plot shows.
+const PLOTTED: usize = 2000;
+
+pub(super) fn run(options: &Fit) -> Result<()> {
+    let widths = if options.anisotropic {
+        Widths::Two
+    } else {
+        Widths::One
+    };
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    table.set_header(["channel", "ρd", "ρs", "σx", "σy", "residual", "values"]);
+    let mut series = Vec::new();
+    for (name, colour, measurements) in channels(&options.file)? {
+        let found = fit::fit(&measurements, options.lobe, widths).map_err(|error| {
+            Error::file(
+                &options.file,
+                format!("the {name} values have no fit: {error}"),
+                "give measurements that cover the highlight and beside it",
+            )
+        })?;
+        table.add_row([
+            name.to_owned(),
+            estimate(found.diffuse),
+            estimate(found.specular),
+            estimate(found.sigma[0]),
+            estimate(found.sigma[1]),
+            format!("{:.2e}", found.residual),
+            found.measurements.to_string(),
+        ]);
+        let residuals = fit::residuals(&measurements, &found)?;
+        let every = residuals.len().div_ceil(PLOTTED);
+        series.push(Series {
+            name: name.to_owned(),
+            in_legend: true,
+            colour: colour.to_owned(),
+            mark: Mark::Symbol(0),
+            points: residuals
+                .iter()
+                .step_by(every)
+                .map(|r| (r.delta.to_degrees(), r.measured - r.fitted))
+                .collect(),
+        });
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    println!("{table}");
+    println!(
+        "lobe {}; ± one standard error; residual: RMS of f cos θ less its fit.",
+        options.lobe
+    );
+    let chart = Chart {
+        title: format!("Residuals of the {} lobe", options.lobe),
+        x_label: "angle from the normal to the half vector, degrees".into(),
+        y_label: "f cos θ, measured − fitted (1/sr)".into(),
+        x_axis: Axis::Linear,
+        y_axis: Axis::Linear,
+        series,
+    };
+    output::write_file(&options.plot, chart.svg().as_bytes())?;
+    println!("wrote {}", options.plot.display());
+    Ok(())
+}
+
+/// The channels of a file: MERL's three where it is called `.binary`, else the one of a CSV.
+fn channels(file: &Path) -> Result<Vec<(&'static str, &'static str, Vec<Measurement>)>> {
+    if file
+        .extension()
+        .is_some_and(|extension| extension == "binary")
+    {
+        [
+            ("red", "#d55e00"),
+            ("green", "#009e73"),
+            ("blue", "#0072b2"),
+        ]
+        .into_iter()
+        .enumerate()
+        .map(|(channel, (name, colour))| Ok((name, colour, fit::read_merl(file, channel)?)))
+        .collect()
+    } else {
+        Ok(vec![("value", "#222222", fit::read_csv(file)?)])
+    }
+}
+
+fn estimate(estimate: Estimate) -> String {
+    format!("{:.4} ± {:.4}", estimate.value, estimate.standard_error)
+}
