@@ -39,3 +39,8 @@ mod parallelism;
 pub use error::{Error, Result};
 pub use glam;
 pub use parallelism::Parallelism;
+
+/// The README's examples run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -30,9 +30,11 @@ pub struct Approximation {
 /// [`Error::Domain`] if σ is not in [[`MIN_SIGMA`], [`MAX_SIGMA`]].
 ///
 /// ```
-/// use lobes::reflectance::{Variant, approximation};
+/// use lobes::reflectance::{Variant, Ward, approximation};
 /// let printed = approximation::gaussian(Variant::Duer, 0.03, 20)?;
-/// assert!(printed.bound > 0.005 && printed.bound < 0.013);
+/// let exact = Ward::isotropic(Variant::Duer, 0.03)?.zonal(1.0, 20)?[20];
+/// let error = (printed.value - exact).abs();
+/// assert!(error <= printed.bound && printed.bound <= 2.0 * error);
 /// # Ok::<(), lobes::Error>(())
 /// ```
 pub fn gaussian(variant: Variant, sigma: f64, degree: usize) -> Result<Approximation> {
