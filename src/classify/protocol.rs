@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::illumination::{EnvironmentMap, Luminance};
 use crate::reflectance::{Material, Roughness, Variant};
-use crate::reflection::{Camera, Renderer, Settings, SphereImage};
+use crate::reflection::{Camera, Renderer, Rendering, Settings, SphereImage};
 use crate::{Error, Parallelism, Result};
 
 /// One image with what is known of it.
@@ -46,7 +46,8 @@ impl Dataset {
 /// A mirror is averaged over so many points a side of each pixel.
 ///
 /// It shows the light as sharp as it is, and one point a pixel would hit a lamp or miss it: between two rolls of the
-/// camera v1 of a mirror under a small sun changed by half. What rough lobes show is as wide as a pixel.
+/// camera v1 of a mirror under a small sun changed by half. What rough lobes and diffuse bodies show is as wide as a pixel
+/// and is taken at its centre.
 pub const MIRROR_PIXEL_SAMPLES: usize = 6;
 
 /// The paper's data: each material under each illumination, seen level, linear, and divided by the
@@ -72,16 +73,7 @@ pub fn paper_dataset(
     let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
     let groups = parallelism.map(illuminations.len(), |illumination| {
         let renderer = Renderer::new(&illuminations[illumination], Parallelism::Sequential)?;
-        let render = |material: &Material| {
-            let settings = &Settings {
-                pixel_samples: match material.roughness() {
-                    Roughness::Mirror if !material.is_matte() => {
-                        settings.pixel_samples.max(MIRROR_PIXEL_SAMPLES)
-                    }
-                    _ => settings.pixel_samples,
-                },
-                ..*settings
-            };
+        let render = |material: &Material, settings: &Settings| {
             renderer.render(
                 material,
                 variant,
@@ -89,6 +81,24 @@ pub fn paper_dataset(
                 settings,
                 Parallelism::Sequential,
             )
+        };
+        let render = |material: &Material| match material.roughness() {
+            Roughness::Mirror if !material.is_matte() => {
+                let mirror = Settings {
+                    pixel_samples: settings.pixel_samples.max(MIRROR_PIXEL_SAMPLES),
+                    ..*settings
+                };
+                let part = |diffuse, specular| {
+                    Material::from_albedos(material.name(), diffuse, specular, 0.0)
+                };
+                let body = render(&part(material.diffuse(), [0.0; 3])?, settings)?;
+                let gloss = render(&part([0.0; 3], material.specular())?, &mirror)?;
+                Ok(Rendering {
+                    image: sum(&body.image, &gloss.image)?,
+                    error: body.error.max(gloss.error),
+                })
+            }
+            _ => render(material, settings),
         };
         let white = render(&Material::white())?;
         let scale = 1.0 / Luminance::Rec709.of(white.image.mean());
@@ -121,4 +131,15 @@ pub fn paper_dataset(
         dataset.render_error = dataset.render_error.max(error);
     }
     Ok(dataset)
+}
+
+/// The sum of two images from one camera.
+fn sum(a: &SphereImage, b: &SphereImage) -> Result<SphereImage> {
+    let size = a.size();
+    let pixels = (0..size * size).map(|i| {
+        let at = |image: &SphereImage| image.get(i / size, i % size).unwrap_or_default();
+        let (a, b) = (at(a), at(b));
+        std::array::from_fn(|channel| a[channel] + b[channel])
+    });
+    SphereImage::new(*a.camera(), size, pixels.collect())
 }
