@@ -11,7 +11,7 @@ pub(super) fn contracts() -> Vec<Contract> {
     vec![
         Contract {
             id: "reflectance/lambert",
-            function: "reflectance::lambert::{transfer, coefficient}",
+            function: "reflectance::lambert::{transfer, transfers, coefficient}",
             oracle: Oracle::Snapshot("lambert"),
             domain: "every degree to 256; 511, 512, 1023, 1024",
             metric: Metric::Relative,
@@ -111,6 +111,8 @@ fn lambert_kernel(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
         for (index, &degree) in case.degrees.iter().enumerate() {
             let at = || format!("l = {degree}");
             tally.compare(lambert::transfer(degree), case.transfers[index], at);
+            let transfers = lambert::transfers(degree);
+            tally.compare(transfers[degree], case.transfers[index], at);
             tally.compare(lambert::coefficient(degree), case.coefficients[index], at);
         }
     }
