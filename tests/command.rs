@@ -146,6 +146,16 @@ fn bad_options_get_a_sentence() {
     fails(at, &["render", "--light", "nowhere"], &["nowhere"]);
 }
 
+/// The table that people read, of the light in the library.
+#[test]
+fn the_table_of_the_built_in_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = lobes(&["spectrum"], folder.path());
+    assert!(output.status.success());
+    assert!(folder.path().join("spectrum.svg").is_file());
+    insta::assert_snapshot!(String::from_utf8_lossy(&output.stdout));
+}
+
 #[test]
 fn reproduce_writes_the_whole_page() {
     let folder = tempfile::tempdir().unwrap();

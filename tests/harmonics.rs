@@ -194,6 +194,24 @@ fn rotation_there_and_back() {
     }
 }
 
+/// The promise of `Rotation`'s documentation, at the degree that it names.
+#[test]
+fn rotation_there_and_back_at_degree_1024() {
+    let f = random(1024, 1024, 5);
+    let plan = Rotation::new(1024).unwrap();
+    let turn = DQuat::from_xyzw(0.3, 0.5, -0.2, 0.8).normalize();
+    let g = plan.rotate(&f, turn, Parallelism::Rayon).unwrap();
+    for (a, b) in average_power(&f).iter().zip(average_power(&g)) {
+        assert!((b / a - 1.0).abs() < 1e-13, "{a} and {b}");
+    }
+    let back = plan
+        .rotate(&g, turn.conjugate(), Parallelism::Rayon)
+        .unwrap();
+    let error = largest_difference(f.as_slice(), back.as_slice());
+    println!("there and back at degree 1024: {error:e}");
+    assert!(error < 1e-13, "{error:e}");
+}
+
 #[test]
 fn batches_and_threads_change_nothing() {
     for (grid, degree) in [

@@ -21,7 +21,7 @@ pub const MAX_ROTATION_DEGREE: usize = 2048;
 /// m, one for m′ and one for l; nothing is stored that grows as l³. The orders m′ of either parity meet the cosines of one
 /// parity of l and the sines of the other, so one real product does for both signs of m′.
 ///
-/// There and back at degree 1024 is within 5·10⁻¹³ of coefficients of size 1. Costs O(degree³).
+/// There and back at degree 1024 is within 10⁻¹³ of coefficients of size 1. Costs O(degree³).
 ///
 /// ```
 /// use lobes::glam::{DQuat, DVec3};
