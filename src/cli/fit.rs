@@ -27,7 +27,7 @@ pub(super) fn run(options: &Fit) -> Result<()> {
         let found = fit::fit(&measurements, options.lobe, widths).map_err(|error| {
             Error::file(
                 &options.file,
-                format!("the {name} values have no fit: {error}"),
+                format!("no lobe can be fitted to its {name}: {error}"),
                 "give measurements that cover the highlight and beside it",
             )
         })?;
