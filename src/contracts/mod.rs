@@ -14,6 +14,7 @@ mod table;
 mod basis;
 mod beckmann;
 mod colorimetry;
+mod convolution;
 mod evaluation;
 mod invariance;
 mod legendre;
@@ -124,6 +125,7 @@ pub fn contracts() -> Vec<Contract> {
         basis::contracts(),
         legendre::contracts(),
         transform::contracts(),
+        convolution::contracts(),
         rotation::contracts(),
         invariance::contracts(),
         reflectance::contracts(),
