@@ -41,6 +41,26 @@ impl Dataset {
     pub fn groups(&self) -> Vec<usize> {
         self.observations.iter().map(|o| o.illumination).collect()
     }
+
+    /// The data set of what was rendered under each illumination: its observations and their largest error.
+    pub(super) fn gather(
+        materials: &[Material],
+        illuminations: &[EnvironmentMap],
+        groups: Vec<Result<(Vec<Observation>, f64)>>,
+    ) -> Result<Self> {
+        let mut dataset = Self {
+            materials: materials.iter().map(|m| m.name().to_owned()).collect(),
+            illuminations: illuminations.iter().map(|i| i.name().to_owned()).collect(),
+            observations: Vec::new(),
+            render_error: 0.0,
+        };
+        for group in groups {
+            let (observations, error) = group?;
+            dataset.observations.extend(observations);
+            dataset.render_error = dataset.render_error.max(error);
+        }
+        Ok(dataset)
+    }
 }
 
 /// A mirror is averaged over so many points a side of each pixel.
@@ -119,18 +139,7 @@ pub fn paper_dataset(
         done();
         Ok((observations, error))
     });
-    let mut dataset = Dataset {
-        materials: materials.iter().map(|m| m.name().to_owned()).collect(),
-        illuminations: illuminations.iter().map(|i| i.name().to_owned()).collect(),
-        observations: Vec::new(),
-        render_error: 0.0,
-    };
-    for group in groups {
-        let (observations, error) = group?;
-        dataset.observations.extend(observations);
-        dataset.render_error = dataset.render_error.max(error);
-    }
-    Ok(dataset)
+    Dataset::gather(materials, illuminations, groups)
 }
 
 /// The sum of two images from one camera.

@@ -79,16 +79,5 @@ pub fn turned_dataset(
         }
         Ok((observations, error))
     });
-    let mut dataset = Dataset {
-        materials: materials.iter().map(|m| m.name().to_owned()).collect(),
-        illuminations: illuminations.iter().map(|i| i.name().to_owned()).collect(),
-        observations: Vec::new(),
-        render_error: 0.0,
-    };
-    for group in groups {
-        let (observations, error) = group?;
-        dataset.observations.extend(observations);
-        dataset.render_error = dataset.render_error.max(error);
-    }
-    Ok(dataset)
+    Dataset::gather(materials, illuminations, groups)
 }
