@@ -6,10 +6,12 @@
 mod exr;
 mod hdr;
 mod pfm;
+mod srgb;
 
 use std::path::Path;
 
 pub use self::exr::{Precision, encode_exr, write_exr};
+pub use self::srgb::{linear_of_srgb, srgb_of_linear};
 
 use crate::{Error, Result};
 

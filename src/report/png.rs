@@ -4,6 +4,7 @@ use std::io::Cursor;
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
+use crate::files::srgb_of_linear;
 use crate::{Error, Result};
 
 /// A PNG of linear RGB: times `exposure`, clipped to [0, 1], encoded as sRGB in 8 bits
@@ -22,7 +23,7 @@ pub fn encode_png(
         for column in 0..width {
             match pixel(row, column) {
                 Some(rgb) => {
-                    samples.extend(rgb.map(|value| encode_srgb(value * exposure)));
+                    samples.extend(rgb.map(|value| code(value * exposure)));
                     samples.push(255);
                 }
                 None => samples.extend([0; 4]),
@@ -44,13 +45,7 @@ pub fn encode_png(
     Ok(bytes.into_inner())
 }
 
-/// The sRGB code of a linear value (IEC 61966-2-1), rounded to the nearest.
-fn encode_srgb(linear: f64) -> u8 {
-    let v = linear.clamp(0.0, 1.0);
-    let encoded = if v <= 0.003_130_8 {
-        12.92 * v
-    } else {
-        1.055 * v.powf(1.0 / 2.4) - 0.055
-    };
-    (255.0 * encoded).round() as u8
+/// The 8-bit sRGB code next to a linear value.
+fn code(linear: f64) -> u8 {
+    (255.0 * srgb_of_linear(linear.clamp(0.0, 1.0))).round() as u8
 }
