@@ -1,11 +1,16 @@
 //! What a rotation must not change.
 
-use glam::{DQuat, EulerRot};
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DQuat, DVec3, EulerRot};
 
 use super::generator::uniform;
 use super::{Contract, Metric, Oracle, Snapshots, Tally};
+use crate::features::{Continuation, ImageSpectrum, PaperFeatures, TOP_DEGREE};
 use crate::harmonics::{Rotation, average_power};
 use crate::illumination::{EnvironmentMap, builtin};
+use crate::reflectance::{Material, Variant};
+use crate::reflection::{Camera, Renderer, Settings};
 use crate::{Parallelism, Result};
 
 /// Green, so that a map's channels need not be weighed.
@@ -22,6 +27,17 @@ pub(super) fn contracts() -> Vec<Contract> {
         why: "point samples of a bilinear map, whose kinks and suns alias",
         loose: None,
         measure: |_, tally| rotated_pixels(512, tally),
+    };
+    let roll = Contract {
+        id: "invariance/roll-64",
+        function: "features::PaperFeatures::of_image",
+        oracle: Oracle::Identity("the features do not depend on the camera's roll"),
+        domain: "the same rolled by 18°, 45° and 117°",
+        metric: Metric::Relative,
+        bound: 1.4,
+        why: "the pixels sample the rim at other points, which tells in v6, a ratio of powers that the lobe has all but put out",
+        loose: None,
+        measure: |_, tally| rolled_camera(&ROLLS, 64, tally),
     };
     vec![
         Contract {
@@ -43,7 +59,68 @@ pub(super) fn contracts() -> Vec<Contract> {
             measure: |_, tally| rotated_pixels(1024, tally),
             ..pixels
         },
+        Contract {
+            id: "invariance/quarter-turns",
+            function: "features::PaperFeatures::of_image",
+            oracle: Oracle::Identity("the features do not depend on the camera's roll"),
+            domain: "v1 … v7 and colour of rough metal and glossy plastic in each sixth built-in map, 64², rolled by 90°, 180° and 270°",
+            metric: Metric::Relative,
+            bound: 5e-4,
+            why: "the pixels come to lie on pixels, and the renderer keeps 10⁻³",
+            loose: None,
+            measure: |_, tally| rolled_camera(&[1.0, 2.0, 3.0], 64, tally),
+        },
+        roll,
+        Contract {
+            id: "invariance/roll-128",
+            domain: "the same at 128²: the error falls with the resolution",
+            bound: 0.3,
+            measure: |_, tally| rolled_camera(&ROLLS, 128, tally),
+            ..roll
+        },
     ]
+}
+
+/// Rolls of the camera, in quarter turns.
+const ROLLS: [f64; 3] = [0.2, 0.5, 1.3];
+
+fn rolled_camera(quarters: &[f64], size: usize, tally: &mut Tally) -> Result<()> {
+    let settings = Settings {
+        size,
+        ..Settings::default()
+    };
+    let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+    let spectrum = ImageSpectrum::new(TOP_DEGREE, Continuation::Mirror)?;
+    let materials = [
+        Material::metal("metal", [0.7, 0.5, 0.3], 0.9, 0.1)?,
+        Material::plastic("plastic", [0.2, 0.3, 0.4], 0.05, 0.05)?,
+    ];
+    for map in builtin()?.iter().step_by(6) {
+        let renderer = Renderer::new(map, Parallelism::Rayon)?;
+        for material in &materials {
+            let features = |camera: &Camera| -> Result<[f64; 10]> {
+                let threads = Parallelism::Rayon;
+                let rendering =
+                    renderer.render(material, Variant::Ward1992, camera, &settings, threads)?;
+                Ok(PaperFeatures::of_image(&spectrum, &rendering.image)?.to_array())
+            };
+            let want = features(&camera)?;
+            for quarter in quarters {
+                let got = features(&camera.rolled(quarter * FRAC_PI_2))?;
+                for (i, name) in PaperFeatures::NAMES.iter().enumerate() {
+                    tally.compare(got[i], want[i], || {
+                        format!(
+                            "{name} of {} in {}, {}°",
+                            material.name(),
+                            map.name(),
+                            90.0 * quarter
+                        )
+                    });
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The map's own function sampled at other directions: those of a grid of so many rows, turned.

@@ -1,5 +1,6 @@
 //! Illumination: environment maps, their files and their spectra.
 
+mod adaptation;
 #[cfg(feature = "builtin")]
 mod builtin;
 mod convert;
@@ -8,6 +9,7 @@ mod map;
 mod read;
 mod spectrum;
 
+pub use adaptation::ChromaticAdaptation;
 #[cfg(feature = "builtin")]
 pub use builtin::builtin;
 pub use map::{EnvironmentMap, Luminance};
