@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::generator::noise;
 use super::{Contract, Metric, Oracle, Snapshots, Tally};
-use crate::harmonics::{Basis, Coefficients, Transform};
+use crate::harmonics::{Basis, Coefficients, Transform, legendre};
 use crate::sphere::{Grid, Rule};
 use crate::{Parallelism, Result};
 
@@ -50,6 +50,28 @@ pub(super) fn contracts() -> Vec<Contract> {
             why: "l = 87 … 2047, by double-double steps: only the last products round",
             loose: None,
             measure: |snapshots, tally| values(snapshots, tally, 46..=2047),
+        },
+        Contract {
+            id: "legendre/column",
+            function: "harmonics::legendre::column",
+            oracle: ORACLE,
+            domain: "l ≤ 200 at the same directions, through Y_l^m = P̄_lm cos mφ or sin mφ",
+            metric: SCALE,
+            bound: 2e-12,
+            why: "the plain recurrence in cos θ, whose error grows as l² at the poles; Basis is the exact one",
+            loose: None,
+            measure: columns,
+        },
+        Contract {
+            id: "legendre/polynomials",
+            function: "harmonics::legendre::polynomials",
+            oracle: ORACLE,
+            domain: "l ≤ 45 at the same directions, from Y_l^0",
+            metric: Metric::Absolute,
+            bound: 2e-13,
+            why: "at a pole the rounding of x itself tells l(l+1)/2-fold",
+            loose: None,
+            measure: polynomials,
         },
         Contract {
             id: "legendre/synthesis-63",
@@ -140,6 +162,44 @@ fn values(
             tally.compare_scaled(out.get(l, m), *want, scale, || {
                 format!("l = {l}, m = {m}, {direction}")
             });
+        }
+    }
+    Ok(())
+}
+
+fn columns(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<ValueCase>("legendre", "value")? {
+        let l = case.l;
+        let [x, y, z] = case.direction;
+        let (across, azimuth) = (x.hypot(y), y.atan2(x));
+        let length = across.hypot(z);
+        let scale = ((2 * l + 1) as f64 / (4.0 * PI)).sqrt();
+        for (&m, want) in case.m.iter().zip(&case.y).filter(|_| l <= 200) {
+            let order = m.unsigned_abs();
+            let mut column = vec![0.0; l + 1 - order];
+            legendre::column(order, l, z / length, across / length, &mut column)?;
+            let (sine, cosine) = (order as f64 * azimuth).sin_cos();
+            let got = column[l - order] * if m < 0 { sine } else { cosine };
+            tally.compare_scaled(got, *want, scale, || {
+                format!("l = {l}, m = {m}, {:?}", case.direction)
+            });
+        }
+    }
+    Ok(())
+}
+
+fn polynomials(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<ValueCase>("legendre", "value")? {
+        let l = case.l;
+        if l > 45 {
+            continue;
+        }
+        let mut values = vec![0.0; l + 1];
+        let direction = DVec3::from_array(case.direction);
+        legendre::polynomials(direction.z / direction.length(), &mut values);
+        for (_, want) in case.m.iter().zip(&case.y).filter(|(m, _)| **m == 0) {
+            let want = want * (4.0 * PI / (2 * l + 1) as f64).sqrt();
+            tally.compare(values[l], want, || format!("l = {l}, {direction}"));
         }
     }
     Ok(())
