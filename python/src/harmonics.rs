@@ -26,9 +26,7 @@ pub(crate) fn contiguous<'py>(
 /// The shape before the last `trailing` dimensions, which must be `expected`, and how many maps that is.
 fn leading(shape: &[usize], expected: &[usize], what: &str) -> PyResult<(Vec<usize>, usize)> {
     match shape.split_at_checked(shape.len().wrapping_sub(expected.len())) {
-        Some((before, last)) if last == expected => {
-            Ok((before.to_vec(), before.iter().product()))
-        }
+        Some((before, last)) if last == expected => Ok((before.to_vec(), before.iter().product())),
         _ => Err(PyValueError::new_err(format!(
             "{what} has the shape {shape:?}, whose last dimensions are not {expected:?}"
         ))),
@@ -93,26 +91,31 @@ impl Transform {
         })
     }
 
+    /// The largest degree l.
     #[getter]
     fn degree(&self) -> usize {
         self.0.degree()
     }
 
+    /// The largest order |m|.
     #[getter]
     fn orders(&self) -> usize {
         self.0.orders()
     }
 
+    /// Rings and columns of a map.
     #[getter]
     fn shape(&self) -> (usize, usize) {
         (self.0.grid().rings(), self.0.grid().columns())
     }
 
+    /// How many coefficients a map has.
     #[getter]
     fn coefficient_count(&self) -> usize {
         self.0.coefficient_count()
     }
 
+    /// The coefficients (…, count) of maps (…, rings, columns); those of one call share the recurrence.
     #[pyo3(signature = (maps, threads=false))]
     fn analyse<'py>(
         &self,
@@ -137,6 +140,7 @@ impl Transform {
         Ok(out)
     }
 
+    /// The maps (…, rings, columns) of coefficients (…, count).
     #[pyo3(signature = (coefficients, threads=false))]
     fn synthesise<'py>(
         &self,
@@ -182,6 +186,7 @@ impl Rotation {
         self.0.degree()
     }
 
+    /// The coefficients of f(R⁻¹ ω) for the rotation of a quaternion (x, y, z, w).
     #[pyo3(signature = (coefficients, quaternion, threads=false))]
     fn rotate<'py>(
         &self,
@@ -261,7 +266,11 @@ pub(crate) fn basis<'py>(
     threads: bool,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let directions = self::directions(&contiguous(directions)?)?;
-    let out = PyArray2::zeros(py, [directions.len(), coefficient_count(degree, degree)], false);
+    let out = PyArray2::zeros(
+        py,
+        [directions.len(), coefficient_count(degree, degree)],
+        false,
+    );
     let mut guard = out.readwrite();
     let output = guard.as_slice_mut()?;
     py.detach(|| Basis::new(degree)?.values(&directions, output, parallelism(threads)))

@@ -124,9 +124,7 @@ pub(crate) fn features<'py>(
     let continuation: Continuation = continuation.parse().map_err(error)?;
     let image = sphere_image(image)?;
     let features = py
-        .detach(|| {
-            PaperFeatures::of_image(&ImageSpectrum::new(TOP_DEGREE, continuation)?, &image)
-        })
+        .detach(|| PaperFeatures::of_image(&ImageSpectrum::new(TOP_DEGREE, continuation)?, &image))
         .map_err(error)?;
     Ok(PyArray1::from_slice(py, &features.to_array()))
 }
