@@ -101,7 +101,7 @@ pub(super) fn contracts() -> Vec<Contract> {
             oracle: ORACLE,
             domain: "degree 2047, 30 rings of a Gauss–Legendre grid from the poles to the equator",
             metric: RMS,
-            bound: 2e-12,
+            bound: 5e-13,
             why: "ducc0 has 8·10⁻¹¹ on the ring at the pole",
             loose: None,
             measure: |snapshots, tally| synthesis(snapshots, tally, 2047),

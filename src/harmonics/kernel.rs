@@ -5,24 +5,22 @@
     reason = "several arrays of one const length are walked together"
 )]
 
+use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
-use fearless_simd::{f64x4, f64x8};
 
-use super::recurrence::{
-    EQUATORIAL, Entry, Form, LANES, Lanes, Octet, PLAIN, POLAR, Recurrence, Step,
-};
+use super::recurrence::{EQUATORIAL, Entry, LANES, Lanes, Octet, POLAR, Recurrence, Step};
 
 /// North cosine, north sine, south cosine, south sine of eight ring pairs.
 pub(crate) type Quad = [Lanes; 4];
 
-/// The state of the recurrence on `WIDTH` octets, in one of its forms.
-struct State<S: Simd, const WIDTH: usize, const FORM: usize> {
+/// The state of the recurrence on `WIDTH` octets, the first `POLES` of them in the polar form.
+struct State<S: Simd, const WIDTH: usize, const POLES: usize> {
     argument: [f64x8<S>; WIDTH],
     p: [f64x8<S>; WIDTH],
     d: [f64x8<S>; WIDTH],
 }
 
-impl<S: Simd, const WIDTH: usize, const FORM: usize> State<S, WIDTH, FORM> {
+impl<S: Simd, const WIDTH: usize, const POLES: usize> State<S, WIDTH, POLES> {
     #[inline(always)]
     fn new(simd: S, octets: &[Octet; WIDTH]) -> Self {
         let zero = [f64x8::splat(simd, 0.0); WIDTH];
@@ -55,26 +53,19 @@ impl<S: Simd, const WIDTH: usize, const FORM: usize> State<S, WIDTH, FORM> {
         next
     }
 
+    /// One step of the octets from `FROM`.
     #[inline(always)]
-    fn advance(&mut self, simd: S, step: &Step) {
+    fn advance<const FROM: usize>(&mut self, simd: S, step: &Step) {
         let a = f64x8::splat(simd, step[0]);
-        let constant = f64x8::splat(simd, step[FORM]);
-        for v in 0..WIDTH {
-            let t = self.argument[v].mul_add(a, constant);
-            match FORM {
-                POLAR => {
-                    self.d[v] = t.mul_add(self.p[v], self.d[v]);
-                    self.p[v] += self.d[v];
-                }
-                EQUATORIAL => {
-                    self.d[v] = t.mul_sub(self.p[v], self.d[v]);
-                    self.p[v] = self.d[v] - self.p[v];
-                }
-                _ => {
-                    let next = t.mul_sub(self.p[v], self.d[v]);
-                    self.d[v] = self.p[v];
-                    self.p[v] = next;
-                }
+        for v in FROM..WIDTH {
+            if v < POLES {
+                let u = self.argument[v].mul_add(a, f64x8::splat(simd, step[POLAR]));
+                self.d[v] = u.mul_add(self.p[v], self.d[v]);
+                self.p[v] += self.d[v];
+            } else {
+                let u = self.argument[v].mul_add(a, f64x8::splat(simd, step[EQUATORIAL]));
+                self.d[v] = u.mul_sub(self.p[v], self.d[v]);
+                self.p[v] = self.d[v] - self.p[v];
             }
         }
     }
@@ -88,8 +79,9 @@ fn block<T, const WIDTH: usize>(octets: &[T], first: usize) -> &[T; WIDTH] {
         .expect("a block lies within the octets")
 }
 
+/// The step at which the first of some octets enters.
 #[inline(always)]
-fn first_step<const WIDTH: usize>(entries: &[&[Entry]; WIDTH], last: usize) -> usize {
+fn first_step(entries: &[&[Entry]], last: usize) -> usize {
     entries
         .iter()
         .filter_map(|e| e.first())
@@ -97,10 +89,47 @@ fn first_step<const WIDTH: usize>(entries: &[&[Entry]; WIDTH], last: usize) -> u
         .fold(last, usize::min)
 }
 
-/// Σ_k p_k · sums for `MAPS` maps on `WIDTH` octets; `sums[k]` from [`Recurrence::prepare`](super::recurrence::Recurrence::prepare),
-/// `out[map][octet]`.
+/// What [`synthesise_block`] sums: `[map][part][octet]`.
+type Totals<S, const WIDTH: usize, const MAPS: usize> = [[[f64x8<S>; WIDTH]; 4]; MAPS];
+
+/// Some steps of the octets from `FROM`.
 #[inline(always)]
-fn synthesise_block<S: Simd, const WIDTH: usize, const MAPS: usize, const FORM: usize>(
+fn synthesise_steps<
+    S: Simd,
+    const FROM: usize,
+    const WIDTH: usize,
+    const MAPS: usize,
+    const POLES: usize,
+>(
+    simd: S,
+    state: &mut State<S, WIDTH, POLES>,
+    totals: &mut Totals<S, WIDTH, MAPS>,
+    steps: &[Step],
+    sums: &[[[f64; 4]; MAPS]],
+) {
+    for (step, sums) in steps.iter().zip(sums) {
+        for map in 0..MAPS {
+            for part in 0..4 {
+                let factor = f64x8::splat(simd, sums[map][part]);
+                for v in FROM..WIDTH {
+                    totals[map][part][v] = state.p[v].mul_add(factor, totals[map][part][v]);
+                }
+            }
+        }
+        state.advance::<FROM>(simd, step);
+    }
+}
+
+/// Σ_k p_k · sums for `MAPS` maps on `WIDTH` octets; `sums[k]` from [`Recurrence::prepare`](super::recurrence::Recurrence::prepare),
+/// `out[map][octet]`. The octets nearer the pole enter later: until the first of the first half does, the others go alone.
+#[inline(always)]
+fn synthesise_block<
+    S: Simd,
+    const WIDTH: usize,
+    const HALF: usize,
+    const MAPS: usize,
+    const POLES: usize,
+>(
     simd: S,
     recurrence: &Recurrence,
     m: usize,
@@ -113,21 +142,29 @@ fn synthesise_block<S: Simd, const WIDTH: usize, const MAPS: usize, const FORM: 
     let mut entries = std::array::from_fn(|v| recurrence.entries(m, first + v));
     let last = steps.len();
     let zero = f64x8::splat(simd, 0.0);
-    let mut state = State::<S, WIDTH, FORM>::new(simd, octets);
-    let mut total = [[[zero; WIDTH]; 4]; MAPS];
+    let mut state = State::<S, WIDTH, POLES>::new(simd, octets);
+    let mut totals = [[[zero; WIDTH]; 4]; MAPS];
     let mut k = first_step(&entries, last);
+    let whole = first_step(&entries[..HALF.max(1)], last);
     while k < last {
         let next = state.admit(simd, &mut entries, k, last);
-        for (step, sums) in steps[k..next].iter().zip(&sums[k..next]) {
-            for map in 0..MAPS {
-                for part in 0..4 {
-                    let factor = f64x8::splat(simd, sums[map][part]);
-                    for v in 0..WIDTH {
-                        total[map][part][v] = state.p[v].mul_add(factor, total[map][part][v]);
-                    }
-                }
-            }
-            state.advance(simd, step);
+        let (steps, sums) = (&steps[k..next], &sums[k..next]);
+        if HALF > 0 && k < whole {
+            synthesise_steps::<S, HALF, WIDTH, MAPS, POLES>(
+                simd,
+                &mut state,
+                &mut totals,
+                steps,
+                sums,
+            );
+        } else {
+            synthesise_steps::<S, 0, WIDTH, MAPS, POLES>(
+                simd,
+                &mut state,
+                &mut totals,
+                steps,
+                sums,
+            );
         }
         k = next;
     }
@@ -135,10 +172,10 @@ fn synthesise_block<S: Simd, const WIDTH: usize, const MAPS: usize, const FORM: 
         for v in 0..WIDTH {
             let x = f64x8::load_array_ref(simd, &octets[v].x);
             let [ec, es, oc, os] = [
-                total[map][0][v],
-                total[map][1][v],
-                total[map][2][v],
-                total[map][3][v],
+                totals[map][0][v],
+                totals[map][1][v],
+                totals[map][2][v],
+                totals[map][3][v],
             ];
             x.mul_add(oc, ec).store_array(&mut out[map][first + v][0]);
             x.mul_add(os, es).store_array(&mut out[map][first + v][1]);
@@ -148,55 +185,68 @@ fn synthesise_block<S: Simd, const WIDTH: usize, const MAPS: usize, const FORM: 
     }
 }
 
-/// Adds Σ over rings of p_k · parts to `sums[k]`, for `MAPS` maps on `WIDTH` octets; `parts[map][octet]` are even cosine, even sine,
-/// odd cosine · x, odd sine · x, weighted.
+/// Two steps at a time of the octets from `FROM`; the last step is even.
 #[inline(always)]
-fn analyse_block<S: Simd, const WIDTH: usize, const MAPS: usize, const FORM: usize>(
+fn analyse_steps<
+    S: Simd,
+    const FROM: usize,
+    const WIDTH: usize,
+    const MAPS: usize,
+    const POLES: usize,
+>(
+    simd: S,
+    state: &mut State<S, WIDTH, POLES>,
+    parts: &[&[Quad; WIDTH]; MAPS],
+    steps: &[Step],
+    sums: &mut [[Lanes; MAPS]],
+) {
+    for (steps, sums) in steps.as_chunks::<2>().0.iter().zip(sums) {
+        let first = weigh::<S, FROM, WIDTH, MAPS>(simd, &state.p, parts);
+        state.advance::<FROM>(simd, &steps[0]);
+        let second = weigh::<S, FROM, WIDTH, MAPS>(simd, &state.p, parts);
+        state.advance::<FROM>(simd, &steps[1]);
+        for map in 0..MAPS {
+            let [a, b, c, d] = first[map];
+            let [e, f, g, h] = second[map];
+            // Three rounds of interleaving and adding leave the eight totals in this order.
+            let total = fold(fold(fold(a, e), fold(c, g)), fold(fold(b, f), fold(d, h)));
+            (f64x8::load_array_ref(simd, &sums[map]) + total).store_array(&mut sums[map]);
+        }
+    }
+}
+
+/// Adds Σ over rings of p_k · parts to `sums[k / 2]`, four for each of two steps, for `MAPS` maps on `WIDTH` octets;
+/// `parts[map][octet]` are even cosine, even sine, odd cosine · x, odd sine · x, weighted.
+#[inline(always)]
+fn analyse_block<
+    S: Simd,
+    const WIDTH: usize,
+    const HALF: usize,
+    const MAPS: usize,
+    const POLES: usize,
+>(
     simd: S,
     recurrence: &Recurrence,
     m: usize,
     first: usize,
     parts: &[&[Quad]; MAPS],
-    sums: &mut [[[f64; 4]; MAPS]],
+    sums: &mut [[Lanes; MAPS]],
 ) {
     let octets = block(&recurrence.octets, first);
     let steps = recurrence.steps(m);
     let parts = parts.map(|parts| block(parts, first));
     let mut entries = std::array::from_fn(|v| recurrence.entries(m, first + v));
     let last = steps.len();
-    let mut state = State::<S, WIDTH, FORM>::new(simd, octets);
+    let mut state = State::<S, WIDTH, POLES>::new(simd, octets);
     let mut k = first_step(&entries, last);
+    let whole = first_step(&entries[..HALF.max(1)], last);
     while k < last {
         let next = state.admit(simd, &mut entries, k, last);
-        let mut pairs = steps[k..next].chunks_exact(2);
-        let (even, odd) = sums[k..next].as_chunks_mut::<2>();
-        for (steps, sums) in (&mut pairs).zip(even) {
-            let first = weigh(simd, &state.p, &parts);
-            state.advance(simd, &steps[0]);
-            let second = weigh(simd, &state.p, &parts);
-            state.advance(simd, &steps[1]);
-            for map in 0..MAPS {
-                let [a, b, c, d] = first[map];
-                let [e, f, g, h] = second[map];
-                // Three rounds of interleaving and adding leave the eight totals in this order.
-                let total = fold(fold(fold(a, e), fold(c, g)), fold(fold(b, f), fold(d, h)));
-                let (low, high) = total.split();
-                accumulate(simd, &mut sums[0][map], low);
-                accumulate(simd, &mut sums[1][map], high);
-            }
-        }
-        for (step, sums) in pairs.remainder().iter().zip(odd) {
-            let first = weigh(simd, &state.p, &parts);
-            state.advance(simd, step);
-            for map in 0..MAPS {
-                let [a, b, c, d] = first[map];
-                let zero = f64x8::splat(simd, 0.0);
-                let total = fold(
-                    fold(fold(a, zero), fold(c, zero)),
-                    fold(fold(b, zero), fold(d, zero)),
-                );
-                accumulate(simd, &mut sums[map], total.split().0);
-            }
+        let (steps, sums) = (&steps[k..next], &mut sums[k / 2..next / 2]);
+        if HALF > 0 && k < whole {
+            analyse_steps::<S, HALF, WIDTH, MAPS, POLES>(simd, &mut state, &parts, steps, sums);
+        } else {
+            analyse_steps::<S, 0, WIDTH, MAPS, POLES>(simd, &mut state, &parts, steps, sums);
         }
         k = next;
     }
@@ -209,14 +259,9 @@ fn fold<S: Simd>(a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
     low + high
 }
 
+/// p · parts summed over the octets from `FROM`, each lane for itself.
 #[inline(always)]
-fn accumulate<S: Simd>(simd: S, sums: &mut [f64; 4], terms: f64x4<S>) {
-    (f64x4::load_array_ref(simd, sums) + terms).store_array(sums);
-}
-
-/// p · parts summed over octets, each lane for itself.
-#[inline(always)]
-fn weigh<S: Simd, const WIDTH: usize, const MAPS: usize>(
+fn weigh<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
     simd: S,
     p: &[f64x8<S>; WIDTH],
     parts: &[&[Quad; WIDTH]; MAPS],
@@ -225,8 +270,8 @@ fn weigh<S: Simd, const WIDTH: usize, const MAPS: usize>(
     let mut totals = [[f64x8::splat(simd, 0.0); 4]; MAPS];
     for map in 0..MAPS {
         for part in 0..4 {
-            let mut total = p[0] * f64x8::load_array_ref(simd, &parts[map][0][part]);
-            for v in 1..WIDTH {
+            let mut total = p[FROM] * f64x8::load_array_ref(simd, &parts[map][FROM][part]);
+            for v in FROM + 1..WIDTH {
                 let factor = f64x8::load_array_ref(simd, &parts[map][v][part]);
                 total = p[v].mul_add(factor, total);
             }
@@ -236,33 +281,56 @@ fn weigh<S: Simd, const WIDTH: usize, const MAPS: usize>(
     totals
 }
 
-/// Whether a machine with vectors of so many lanes has registers for a block: three maps leave room for two octets of AVX-512, and
-/// narrower machines hold one octet.
-const fn fits(lanes: usize, width: usize, maps: usize) -> bool {
-    width == 1 || (lanes == LANES && width * maps <= 6)
-}
-
-/// Runs a kernel on all blocks of octets: the widest first, then what is left. Three maps fill the registers with two octets.
+/// Runs a kernel on every block of octets. Three maps fill the registers with two octets, so four go as twice two then; vectors of
+/// fewer lanes than an octet have room for one octet only.
 macro_rules! over_blocks {
-    ($kernel:ident, [$($width:literal),+], $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:ident) => {
-        for range in $recurrence.blocks() {
-            let form = $recurrence.octets[range.start].form;
-            let mut first = range.start;
-            while first < range.end {
-                let left = range.end - first;
-                $(
-                    if const { fits(S::f64s::LEN, $width, MAPS) } {
-                        if left >= $width {
-                            match form {
-                                Form::Plain => $simd.vectorize(#[inline(always)] || $kernel::<S, $width, MAPS, PLAIN>($simd, $recurrence, $m, first, $a, $b)),
-                                Form::Polar => $simd.vectorize(#[inline(always)] || $kernel::<S, $width, MAPS, POLAR>($simd, $recurrence, $m, first, $a, $b)),
-                                Form::Equatorial => $simd.vectorize(#[inline(always)] || $kernel::<S, $width, MAPS, EQUATORIAL>($simd, $recurrence, $m, first, $a, $b)),
-                            }
-                            first += $width;
-                            continue;
-                        }
+    ($kernel:ident, $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:ident) => {
+        for block in &$recurrence.blocks {
+            macro_rules! run {
+                ($first:expr, $width:literal, $half:literal, $poles:literal) => {
+                    $simd.vectorize(
+                        #[inline(always)]
+                        || {
+                            $kernel::<S, $width, $half, MAPS, $poles>(
+                                $simd,
+                                $recurrence,
+                                $m,
+                                $first,
+                                $a,
+                                $b,
+                            )
+                        },
+                    )
+                };
+            }
+            let first = block.first;
+            if const { S::f64s::LEN == LANES } {
+                match (block.width, block.polar) {
+                    (4, 0) if MAPS == 1 => run!(first, 4, 2, 0),
+                    (4, 2) if MAPS == 1 => run!(first, 4, 2, 2),
+                    (4, _) if MAPS == 1 => run!(first, 4, 2, 4),
+                    (4, 0) => {
+                        run!(first, 2, 1, 0);
+                        run!(first + 2, 2, 1, 0)
                     }
-                )+
+                    (4, 2) => {
+                        run!(first, 2, 1, 2);
+                        run!(first + 2, 2, 1, 0)
+                    }
+                    (4, _) => {
+                        run!(first, 2, 1, 2);
+                        run!(first + 2, 2, 1, 2)
+                    }
+                    (2, 0) => run!(first, 2, 1, 0),
+                    (2, 1) => run!(first, 2, 1, 1),
+                    (2, _) => run!(first, 2, 1, 2),
+                    (_, 0) => run!(first, 1, 0, 0),
+                    (_, _) => run!(first, 1, 0, 1),
+                }
+            } else if block.polar == 0 {
+                run!(first, 1, 0, 0)
+            } else {
+                run!(first, 1, 0, 1)
             }
         }
     };
@@ -277,7 +345,7 @@ pub(crate) fn synthesise<S: Simd, const MAPS: usize>(
     sums: &[[[f64; 4]; MAPS]],
     out: &mut [&mut [Quad]; MAPS],
 ) {
-    over_blocks!(synthesise_block, [4, 2, 1], simd, recurrence, m, sums, out);
+    over_blocks!(synthesise_block, simd, recurrence, m, sums, out);
 }
 
 /// Analysis of `MAPS` maps (1 or 3) at order m: see [`analyse_block`].
@@ -287,7 +355,7 @@ pub(crate) fn analyse<S: Simd, const MAPS: usize>(
     recurrence: &Recurrence,
     m: usize,
     parts: &[&[Quad]; MAPS],
-    sums: &mut [[[f64; 4]; MAPS]],
+    sums: &mut [[Lanes; MAPS]],
 ) {
-    over_blocks!(analyse_block, [4, 2, 1], simd, recurrence, m, parts, sums);
+    over_blocks!(analyse_block, simd, recurrence, m, parts, sums);
 }

@@ -6,9 +6,11 @@
 //! recurrence in the coefficients (Ishioka 2018, doi:10.2151/jmsj.2018-019).
 //!
 //! Rounding in t_k turns the phase of p_k, which goes as cos 2kθ, by ε/sin 2θ a step: on the ring nearest a pole at lmax 2047
-//! that costs five digits. So near the poles the differences D_k = p_k − p_{k−1} are carried, D_{k+1} = D_k + (t_k − 2) p_k,
-//! and near the equator, where p alternates in sign, the sums S_k = p_k + p_{k−1}, S_{k+1} = (t_k + 2) p_k − S_k; t_k ∓ 2 come
+//! that costs five digits. So down to 45° from the pole the differences D_k = p_k − p_{k−1} are carried, D_{k+1} = D_k + (t_k − 2) p_k,
+//! and nearer the equator, where p alternates in sign, the sums S_k = p_k + p_{k−1}, S_{k+1} = (t_k + 2) p_k − S_k; t_k ∓ 2 come
 //! without cancellation from s² and x².
+
+use std::f64::consts::PI;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, f64x8};
@@ -23,39 +25,38 @@ pub(crate) const LANES: usize = 8;
 /// One value for each of eight rings.
 pub(crate) type Lanes = [f64; LANES];
 
-/// |P̄_lm| below this is not summed: a term of a sum that it belongs to is then below the rounding of any other.
-const NEGLIGIBLE: f64 = 1.0 / (1u128 << 64) as f64;
+/// What is left out of a map at most, as a part of its rms. Leaving out |P̄_lm| < τ changes no value by more than τ Σ |f_lm| ≤
+/// τ √(4π) (degree + 1) rms.
+const NEGLIGIBLE: f64 = 1e-14;
 
 /// The form of the recurrence that eight rings use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Form {
-    /// p_k and p_{k−1}.
-    Plain,
     /// p_k and p_k − p_{k−1}, with t_k − 2.
     Polar,
     /// p_k and p_k + p_{k−1}, with t_k + 2.
     Equatorial,
 }
 
-/// Forms as const parameters.
-pub(crate) const PLAIN: usize = 1;
-pub(crate) const POLAR: usize = 2;
-pub(crate) const EQUATORIAL: usize = 3;
-
-/// sin 2θ below which a ring takes a difference or sum form.
-const STEEP: f64 = 0.25;
-
 /// Eight rings of the northern hemisphere.
 #[derive(Debug, Clone)]
 pub(crate) struct Octet {
-    pub(crate) form: Form,
     /// cos θ.
     pub(crate) x: Lanes,
     /// What multiplies a_k: x², or −s² in the polar form.
     pub(crate) argument: Lanes,
+    form: Form,
 }
 
-/// Values with which rings enter the recurrence at step k; zero for the rings that enter elsewhere.
+/// Octets that go side by side, the first `polar` of them in the polar form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Block {
+    pub(crate) first: usize,
+    pub(crate) width: usize,
+    pub(crate) polar: usize,
+}
+
+/// Values with which rings enter the recurrence at step k, a multiple of [`STRIDE`]; zero for the rings that enter elsewhere.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
     pub(crate) step: usize,
@@ -65,18 +66,22 @@ pub(crate) struct Entry {
     pub(crate) d: Lanes,
 }
 
-/// What a step needs: a_k, then the constant of each form: −a(ε²+ε²), a(1−ε²−ε²) − 2, 2 − a(ε²+ε²).
-pub(crate) type Step = [f64; 4];
+/// What a step needs: a_k, then the constant of each form: a(1−ε²−ε²) − 2, 2 − a(ε²+ε²).
+pub(crate) type Step = [f64; 3];
 
-/// What turns coefficients of harmonics into those of the recurrence: α_k, 1/ε_{l+1}, ε_{l+2}.
+/// Where the constants are in a [`Step`].
+pub(crate) const POLAR: usize = 1;
+pub(crate) const EQUATORIAL: usize = 2;
+
+/// What turns coefficients of harmonics into those of the recurrence: α_k, α_k g_k, h_k, where b_k = g_k Σ_{j ≥ k} h_j s_j solves
+/// b_k = (s_k − ε_{l+2} b_{k+1})/ε_{l+1}: g_k = −g_{k+1} ε_{l+2}/ε_{l+1}, h_k = 1/(ε_{l+1} g_k).
 pub(crate) type Scale = [f64; 3];
 
 /// The tables of all orders on one grid.
 pub(crate) struct Recurrence {
-    degree: usize,
-    /// How many octets a block has, the last but perhaps fewer.
-    width: usize,
     pub(crate) octets: Vec<Octet>,
+    pub(crate) blocks: Vec<Block>,
+    /// By order, as many as there are pairs of degrees, and one of zeros more where that is odd.
     steps: Vec<Step>,
     scales: Vec<Scale>,
     /// Where each order begins in `steps` and `scales`.
@@ -88,25 +93,20 @@ pub(crate) struct Recurrence {
 
 impl Recurrence {
     pub(crate) fn new(grid: &Grid, degree: usize, orders: usize, level: Level) -> Self {
-        // Eight registers of sums for each octet: AVX-512 holds four octets, less holds one. Short columns prefer more blocks, because
-        // each starts where its own rings begin to matter.
-        let width = match level.as_avx512() {
-            Some(_) if grid.rings() > 256 => 4,
-            Some(_) => 2,
-            None => 1,
-        };
-        let (octets, sines) = octets(grid, width);
-        let count: usize = (0..=orders).map(|m| (degree - m) / 2 + 1).sum();
+        // Eight registers of sums for each octet: AVX-512 holds four octets, less holds one.
+        let width = if level.as_avx512().is_some() { 4 } else { 1 };
+        let (octets, sines, blocks) = octets(grid, width);
+        let count: usize = (0..=orders).map(|m| padded_steps(degree, m)).sum();
         let mut recurrence = Self {
-            degree,
-            width,
+            octets,
+            blocks,
             steps: Vec::with_capacity(count),
             scales: Vec::with_capacity(count),
             starts: vec![0],
             entries: Vec::new(),
             entry_starts: vec![0],
-            octets,
         };
+        let negligible = NEGLIGIBLE / ((4.0 * PI).sqrt() * (degree + 1) as f64);
         // sin^m θ as mantissa · 2^(UNIT · exponent), and the square of what multiplies it in P̄_mm.
         let mut powers = vec![([DoubleDouble::ONE; LANES], [0i32; LANES]); sines.len()];
         let mut square = DoubleDouble::ONE.divide(DoubleDouble::PI.scale(4.0));
@@ -135,9 +135,9 @@ impl Recurrence {
             let factor = square.sqrt().to_f64() / recurrence.scales[start][0];
             for (octet, (mantissas, exponents)) in recurrence.octets.iter().zip(&powers) {
                 let steps = &recurrence.steps[start..];
-                let scales = &recurrence.scales[start..];
+                let scales = &recurrence.scales[start..start + (degree - m) / 2 + 1];
                 let first = mantissas.map(|p| p.to_f64() * factor);
-                wide!(level, simd => enter(simd, octet, steps, scales, first, *exponents, &mut recurrence.entries));
+                wide!(level, simd => enter(simd, octet, steps, scales, (first, *exponents), negligible, &mut recurrence.entries));
                 recurrence
                     .entry_starts
                     .push(recurrence.entries.len() as u32);
@@ -151,17 +151,14 @@ impl Recurrence {
         &self.steps[self.starts[m]..self.starts[m + 1]]
     }
 
-    /// The scales of order m.
-    pub(crate) fn scales(&self, m: usize) -> &[Scale] {
-        &self.scales[self.starts[m]..self.starts[m + 1]]
+    /// How many steps all orders have.
+    pub(crate) fn steps_of_all(&self) -> usize {
+        self.steps.len()
     }
 
-    /// The octets in blocks, each of one form.
-    pub(crate) fn blocks(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
-        let count = self.octets.len();
-        (0..count)
-            .step_by(self.width)
-            .map(move |first| first..count.min(first + self.width))
+    /// The scales of order m.
+    fn scales(&self, m: usize) -> &[Scale] {
+        &self.scales[self.starts[m]..self.starts[m + 1]]
     }
 
     /// Where the rings of an octet enter order m, by ascending step; none where all of them are negligible throughout.
@@ -179,53 +176,80 @@ impl Recurrence {
         out: &mut [[f64; 4]],
         stride: usize,
     ) {
-        let top = self.degree - m;
-        let at = |column: &[f64], i: usize| {
-            if i <= top {
-                column.get(i).copied().unwrap_or(0.0)
-            } else {
-                0.0
-            }
-        };
+        let scales = self.scales(m);
+        let used = cosine.len().div_ceil(2);
+        if let Some(padding) = out.get_mut(used * stride) {
+            *padding = [0.0; 4];
+        }
+        let mut rows = out[..(used - 1) * stride + 1]
+            .chunks_mut(stride)
+            .map(|rows| &mut rows[0])
+            .zip(&scales[..used])
+            .rev();
+        let (cosines, last_cosine) = cosine.as_chunks::<2>();
+        let (sines, last_sine) = sine.as_chunks::<2>();
         let (mut bc, mut bs) = (0.0, 0.0);
-        for (k, &[alpha, r, e]) in self.scales(m).iter().enumerate().rev() {
-            let back = r * e;
-            bc = r * at(cosine, 2 * k + 1) - back * bc;
-            bs = r * at(sine, 2 * k + 1) - back * bs;
-            out[k * stride] = [
-                alpha * at(cosine, 2 * k),
-                alpha * at(sine, 2 * k),
-                alpha * bc,
-                alpha * bs,
-            ];
+        let mut row = |out: &mut [f64; 4], &[alpha, g, h]: &Scale, c: [f64; 2], s: [f64; 2]| {
+            bc += h * c[1];
+            bs += h * s[1];
+            *out = [alpha * c[0], alpha * s[0], g * bc, g * bs];
+        };
+        if let &[c] = last_cosine
+            && let Some((out, scale)) = rows.next()
+        {
+            row(
+                out,
+                scale,
+                [c, 0.0],
+                [last_sine.first().copied().unwrap_or(0.0), 0.0],
+            );
+        }
+        if sine.is_empty() {
+            for ((out, scale), c) in rows.zip(cosines.iter().rev()) {
+                row(out, scale, *c, [0.0; 2]);
+            }
+        } else {
+            for (((out, scale), c), s) in rows.zip(cosines.iter().rev()).zip(sines.iter().rev()) {
+                row(out, scale, *c, *s);
+            }
         }
     }
 
-    /// The adjoint of [`prepare`](Self::prepare): sums over rings into the columns of order m.
+    /// The adjoint of [`prepare`](Self::prepare): sums over rings, two steps in each of `sums`, into the columns of order m.
     pub(crate) fn finish(
         &self,
         m: usize,
-        sums: &[[f64; 4]],
+        sums: &[Lanes],
         stride: usize,
         cosine: &mut [f64],
         sine: &mut [f64],
     ) {
-        let (mut c, mut s, mut before) = (0.0, 0.0, 0.0);
-        for (k, &[alpha, r, e]) in self.scales(m).iter().enumerate() {
-            let [ec, es, oc, os] = sums[k * stride];
-            let back = r * before;
-            c = r * alpha * oc - back * c;
-            s = r * alpha * os - back * s;
-            before = e;
-            cosine[2 * k] = alpha * ec;
-            if let Some(value) = cosine.get_mut(2 * k + 1) {
-                *value = c;
+        let mut rows = sums
+            .chunks(stride)
+            .flat_map(|sums| sums[0].as_chunks::<4>().0)
+            .zip(self.scales(m));
+        let (mut bc, mut bs) = (0.0, 0.0);
+        let mut row = |&[ec, es, oc, os]: &[f64; 4], &[alpha, g, h]: &Scale| {
+            bc += g * oc;
+            bs += g * os;
+            ([alpha * ec, h * bc], [alpha * es, h * bs])
+        };
+        let (cosines, last_cosine) = cosine.as_chunks_mut::<2>();
+        let (sines, last_sine) = sine.as_chunks_mut::<2>();
+        if sines.is_empty() {
+            for (c, (sums, scale)) in cosines.iter_mut().zip(&mut rows) {
+                *c = row(sums, scale).0;
             }
-            if let Some(value) = sine.get_mut(2 * k) {
-                *value = alpha * es;
+        } else {
+            for ((c, s), (sums, scale)) in cosines.iter_mut().zip(sines).zip(&mut rows) {
+                (*c, *s) = row(sums, scale);
             }
-            if let Some(value) = sine.get_mut(2 * k + 1) {
-                *value = s;
+        }
+        if let (Some(c), Some((sums, scale))) = (last_cosine.first_mut(), rows.next()) {
+            let (cosine, sine) = row(sums, scale);
+            *c = cosine[0];
+            if let Some(s) = last_sine.first_mut() {
+                *s = sine[0];
             }
         }
     }
@@ -235,40 +259,70 @@ impl Recurrence {
         size_of_val(&*self.steps)
             + size_of_val(&*self.scales)
             + size_of_val(&*self.entries)
+            + size_of_val(&*self.octets)
             + size_of_val(&*self.entry_starts)
     }
 }
 
-/// The northern rings in eights, and their sines; the last octet is filled up with rings whose harmonics all vanish. Each `width`
-/// octets share a form.
-fn octets(grid: &Grid, width: usize) -> (Vec<Octet>, Vec<Lanes>) {
+/// How many steps order m has in the tables: an even number.
+fn padded_steps(degree: usize, m: usize) -> usize {
+    ((degree - m) / 2 + 1).next_multiple_of(2)
+}
+
+/// The northern rings in eights, their sines, and blocks of at most `width` of them; the last octet is filled up with rings whose
+/// harmonics all vanish.
+fn octets(grid: &Grid, width: usize) -> (Vec<Octet>, Vec<Lanes>, Vec<Block>) {
     let pairs = grid.rings().div_ceil(2);
-    let mut octets = Vec::with_capacity(pairs.div_ceil(LANES));
-    let mut all_sines = Vec::with_capacity(pairs.div_ceil(LANES));
-    for start in (0..pairs).step_by(LANES * width) {
-        let end = pairs.min(start + LANES * width);
-        let (cosines, sines) = (&grid.cosines()[start..end], &grid.sines()[start..end]);
-        let steep = cosines.iter().zip(sines).any(|(x, s)| 2.0 * x * s < STEEP);
-        let middle = (end - start) / 2;
-        let form = match (steep, cosines[middle] > sines[middle]) {
-            (false, _) => Form::Plain,
-            (true, true) => Form::Polar,
-            (true, false) => Form::Equatorial,
+    let count = pairs.div_ceil(LANES);
+    let is_polar = |octet: usize| {
+        let middle = (octet * LANES + LANES / 2).min(pairs - 1);
+        grid.cosines()[middle] > grid.sines()[middle]
+    };
+    let mut blocks = Vec::new();
+    let mut first = 0;
+    while first < count {
+        let width = [4, 2, 1]
+            .into_iter()
+            .find(|&w| w <= width && first + w <= count)
+            .unwrap_or(1);
+        let polar = (first..first + width).filter(|&o| is_polar(o)).count();
+        // Of four, none, two or all.
+        let polar = if width == 4 && polar % 2 == 1 {
+            2
+        } else {
+            polar
         };
-        for (cosines, sines) in cosines.chunks(LANES).zip(sines.chunks(LANES)) {
+        blocks.push(Block {
+            first,
+            width,
+            polar,
+        });
+        first += width;
+    }
+    let forms = blocks.iter().flat_map(|block| {
+        (0..block.width).map(|v| {
+            if v < block.polar {
+                Form::Polar
+            } else {
+                Form::Equatorial
+            }
+        })
+    });
+    let (octets, sines) = forms
+        .zip(grid.cosines()[..pairs].chunks(LANES))
+        .zip(grid.sines()[..pairs].chunks(LANES))
+        .map(|((form, cosines), sines)| {
             let (mut x, mut s) = ([0.0; LANES], [0.0; LANES]);
             x[..cosines.len()].copy_from_slice(cosines);
             s[..sines.len()].copy_from_slice(sines);
-            let argument = if form == Form::Polar {
-                s.map(|s| -(s * s))
-            } else {
-                x.map(|x| x * x)
+            let argument = match form {
+                Form::Polar => s.map(|s| -(s * s)),
+                Form::Equatorial => x.map(|x| x * x),
             };
-            octets.push(Octet { form, x, argument });
-            all_sines.push(s);
-        }
-    }
-    (octets, all_sines)
+            (Octet { x, argument, form }, s)
+        })
+        .unzip();
+    (octets, sines, blocks)
 }
 
 /// ε_l² as its numerator and denominator, exact in doubles for l ≤ 4098.
@@ -279,8 +333,8 @@ fn epsilon_squared(l: usize, m: usize) -> (f64, f64) {
 fn push_tables(m: usize, degree: usize, steps: &mut Vec<Step>, scales: &mut Vec<Scale>) {
     let count = (degree - m) / 2 + 1;
     let start = steps.len();
-    steps.resize(start + count, [0.0; 4]);
-    scales.resize(start + count, [0.0; 3]);
+    steps.resize(start + padded_steps(degree, m), [0.0; 3]);
+    scales.resize(start + padded_steps(degree, m), [0.0; 3]);
     let ratio = |(n, d): (f64, f64)| {
         if n == 0.0 {
             DoubleDouble::ZERO
@@ -297,23 +351,33 @@ fn push_tables(m: usize, degree: usize, steps: &mut Vec<Step>, scales: &mut Vec<
     // Any α at the top gives a valid recurrence; this one keeps α from alternating. α² ε² ε² ≈ ¼.
     let ((n0, d0), (n1, d1)) = (product(count), product(count + 1));
     let mut square = DoubleDouble::from(0.25 * (d0 / n0 * (d1 / n1)).powf(0.25));
+    // g_k² and the sign of g_k, any at the top.
+    let (mut g2, mut sign) = (DoubleDouble::ONE, 1.0);
     for k in (0..count).rev() {
         let l = m + 2 * k;
-        let e = ratio(epsilon_squared(l + 1, m)) + ratio(epsilon_squared(l, m));
+        let e1 = ratio(epsilon_squared(l + 1, m));
+        let e = e1 + ratio(epsilon_squared(l, m));
         let a = square.scale(4.0);
         let ae = a * e;
         steps[start + k] = [
             a.to_f64(),
-            -ae.to_f64(),
             (a - ae - DoubleDouble::from(2.0)).to_f64(),
             (DoubleDouble::from(2.0) - ae).to_f64(),
         ];
-        let (n, d) = epsilon_squared(l + 1, m);
-        let (n2, d2) = epsilon_squared(l + 2, m);
-        scales[start + k] = [square.hi.sqrt(), (d / n).sqrt(), (n2 / d2).sqrt()];
+        let alpha = square.sqrt();
+        let g = g2.sqrt();
+        scales[start + k] = [
+            alpha.to_f64(),
+            sign * (alpha * g).to_f64(),
+            sign * DoubleDouble::ONE.divide((e1 * g2).sqrt()).to_f64(),
+        ];
         if k > 0 {
             let (n, d) = product(k);
             square = DoubleDouble::from(d).divide(square.scale(16.0 * n));
+            // ε_l²/ε_{l−1}²
+            let ((n1, d1), (n0, d0)) = (epsilon_squared(l, m), epsilon_squared(l - 1, m));
+            g2 = g2.scale(n1 * d0).divide(DoubleDouble::from(d1 * n0));
+            sign = -sign;
         }
     }
 }
@@ -321,7 +385,7 @@ fn push_tables(m: usize, degree: usize, steps: &mut Vec<Step>, scales: &mut Vec<
 /// A lane's true value is mantissa · 2^(400 · exponent), the mantissa within 2^±200 of 1.
 const BIG: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
 
-/// How many steps go between two looks at the size of the values; one step multiplies them by less than 2^16.
+/// How many steps go between two looks at the size of the values, an even number; one step multiplies them by less than 2^16.
 const STRIDE: usize = 4;
 
 /// Follows eight rings from k = 0, with exponents of their own, to where each is representable and the first is not negligible.
@@ -331,16 +395,13 @@ fn enter<S: Simd>(
     octet: &Octet,
     steps: &[Step],
     scales: &[Scale],
-    first: Lanes,
-    mut exponents: [i32; LANES],
+    (first, mut exponents): (Lanes, [i32; LANES]),
+    negligible: f64,
     entries: &mut Vec<Entry>,
 ) {
     let argument = f64x8::load_array_ref(simd, &octet.argument);
     let mut p = f64x8::load_array(simd, first);
-    let mut d = match octet.form {
-        Form::Plain => f64x8::splat(simd, 0.0),
-        Form::Polar | Form::Equatorial => p,
-    };
+    let mut d = p;
     // Lanes that are in already, or are padding.
     let mut inside: [bool; LANES] = std::array::from_fn(|i| first[i] == 0.0);
     let mut entered = false;
@@ -360,7 +421,7 @@ fn enter<S: Simd>(
         if !entered {
             let alpha = scales[k.min(scales.len() - 1)][0];
             let matters = (0..LANES).any(|i| {
-                exponents[i] > 0 || (exponents[i] == 0 && ps[i].abs() * alpha >= NEGLIGIBLE)
+                exponents[i] > 0 || (exponents[i] == 0 && ps[i].abs() * alpha >= negligible)
             });
             if matters {
                 entered = true;
@@ -380,10 +441,6 @@ fn enter<S: Simd>(
         for step in &steps[k..steps.len().min(k + STRIDE)] {
             let a = f64x8::splat(simd, step[0]);
             match octet.form {
-                Form::Plain => {
-                    let t = argument.mul_add(a, f64x8::splat(simd, step[PLAIN]));
-                    (p, d) = (t.mul_sub(p, d), p);
-                }
                 Form::Polar => {
                     let u = argument.mul_add(a, f64x8::splat(simd, step[POLAR]));
                     d = u.mul_add(p, d);

@@ -10,7 +10,7 @@ use super::kernel::{self, Quad};
 use super::recurrence::{LANES, Lanes, Recurrence};
 use super::ring_fft::{Element, RingFft, transpose};
 use super::simd::wide;
-use super::work::{Slots, over_chunks, over_octets, over_orders};
+use super::work::{Chunks, Octets, Orders, divided, inside_pool};
 use crate::error::{check_finite, check_length};
 use crate::sphere::Grid;
 use crate::{Error, Parallelism, Result};
@@ -136,11 +136,7 @@ impl Transform {
 
     /// How many values of scratch the `_into` functions need for a batch of so many maps.
     pub fn scratch_len(&self, batch: usize) -> usize {
-        let plan = &*self.0;
-        let (group, concurrent) = plan.groups(batch);
-        let one = plan.group_scratch(group, plan.workers);
-        let several = concurrent * plan.group_scratch(group, 1);
-        LANES * one.max(several) + LANES - 1
+        LANES * self.0.scratch_lines(batch) + LANES - 1
     }
 
     /// How much memory the plan's tables take, in bytes.
@@ -189,7 +185,7 @@ impl Transform {
     }
 
     /// Synthesis of `batch` coefficient sets, one after the other in `coefficients`, into as many maps, one after the other
-    /// in `maps`. Allocates nothing that grows with the data; `scratch` has at least [`scratch_len`](Self::scratch_len) values.
+    /// in `maps`. Allocates nothing; `scratch` has at least [`scratch_len`](Self::scratch_len) values.
     ///
     /// # Errors
     /// [`Error::Length`] for any slice of the wrong length.
@@ -204,24 +200,15 @@ impl Transform {
         self.check_lengths(batch, coefficients.len(), maps.len(), scratch.len())?;
         let plan = &*self.0;
         let scratch = aligned(scratch);
-        let (group, concurrent) = plan.groups(batch);
-        if concurrent > 1 && parallelism.threads() > 1 {
-            let slots = Slots::new(scratch, plan.group_scratch(group, 1));
-            let count = self.coefficient_count();
-            over_chunks(parallelism, maps, group * plan.grid.len(), |i, maps| {
-                let maps_here = maps.len() / plan.grid.len();
-                let sets = &coefficients[i * group * count..][..maps_here * count];
-                slots
-                    .with(|slot| plan.synthesise(sets, maps, slot, group, Parallelism::Sequential));
-            });
-        } else {
-            plan.synthesise(coefficients, maps, scratch, group, parallelism);
-        }
+        let parallelism = plan.worthwhile(batch, parallelism);
+        inside_pool(parallelism, || {
+            plan.synthesise(coefficients, maps, scratch, parallelism);
+        });
         Ok(())
     }
 
     /// Analysis of `batch` maps, one after the other in `maps`, into as many coefficient sets, one after the other in
-    /// `coefficients`. Allocates nothing that grows with the data; `scratch` has at least [`scratch_len`](Self::scratch_len) values.
+    /// `coefficients`. Allocates nothing; `scratch` has at least [`scratch_len`](Self::scratch_len) values.
     ///
     /// # Errors
     /// [`Error::Length`] for any slice of the wrong length, [`Error::NotFinite`] where a value of a map is not finite; the coefficients are then not either.
@@ -236,18 +223,10 @@ impl Transform {
         self.check_lengths(batch, coefficients.len(), maps.len(), scratch.len())?;
         let plan = &*self.0;
         let scratch = aligned(scratch);
-        let (group, concurrent) = plan.groups(batch);
-        if concurrent > 1 && parallelism.threads() > 1 {
-            let slots = Slots::new(scratch, plan.group_scratch(group, 1));
-            let count = self.coefficient_count();
-            over_chunks(parallelism, coefficients, group * count, |i, sets| {
-                let maps_here = sets.len() / count;
-                let maps = &maps[i * group * plan.grid.len()..][..maps_here * plan.grid.len()];
-                slots.with(|slot| plan.analyse(maps, sets, slot, group, Parallelism::Sequential));
-            });
-        } else {
-            plan.analyse(maps, coefficients, scratch, group, parallelism);
-        }
+        let parallelism = plan.worthwhile(batch, parallelism);
+        inside_pool(parallelism, || {
+            plan.analyse(maps, coefficients, scratch, parallelism);
+        });
         // A sample that is not finite reaches the mean of its map, so only then is it worth a search.
         let means = coefficients.iter().step_by(self.coefficient_count());
         if means.copied().all(f64::is_finite) {
@@ -294,14 +273,29 @@ fn aligned(scratch: &mut [f64]) -> &mut [Lanes] {
     scratch[offset..].as_chunks_mut().0
 }
 
+/// Below so many steps of eight rings waking another thread costs more than it saves.
+const SMALL_WORK: usize = 8000;
+
+/// How many parts a thread's share of the work has, so that threads of unequal luck end together.
+const PARTS: usize = 4;
+
 impl Plan {
-    /// How many maps go together, and how many such groups at once at most.
-    fn groups(&self, batch: usize) -> (usize, usize) {
+    /// How many maps go together, and how many such groups there are.
+    fn groups(batch: usize) -> (usize, usize) {
         let group = if batch < GROUP { 1 } else { GROUP };
-        if self.degree <= SMALL_DEGREE && batch >= 2 * GROUP {
-            (group, self.workers.min(batch.div_ceil(group)))
+        (group, batch.div_ceil(group))
+    }
+
+    /// Whether threads take whole groups.
+    fn by_groups(&self, batch: usize) -> bool {
+        self.degree <= SMALL_DEGREE && batch >= 2 * GROUP
+    }
+
+    fn worthwhile(&self, batch: usize, parallelism: Parallelism) -> Parallelism {
+        if batch * self.recurrence.steps_of_all() * self.recurrence.octets.len() < SMALL_WORK {
+            Parallelism::Sequential
         } else {
-            (group, 1)
+            parallelism
         }
     }
 
@@ -310,16 +304,30 @@ impl Plan {
         (self.orders + 1) * self.recurrence.octets.len() * 4
     }
 
-    /// Lines that one thread works in.
-    fn worker_len(&self, group: usize) -> usize {
-        let rings = 2 * self.fft.work_len();
-        let sums = (self.degree / 2 + 1).div_ceil(2) * group;
+    /// Lines that the work on one order needs.
+    fn order_len(&self, group: usize) -> usize {
+        let sums = (self.degree / 2 + 1).next_multiple_of(2).div_ceil(2) * group;
         let parts = self.recurrence.octets.len() * 4 * group;
-        rings.max(sums + parts)
+        sums + parts
     }
 
-    fn group_scratch(&self, group: usize, workers: usize) -> usize {
-        group * self.spectrum_len() + workers * self.worker_len(group)
+    /// Lines that the work on sixteen rings needs.
+    fn rows_len(&self) -> usize {
+        2 * self.fft.work_len()
+    }
+
+    fn group_lines(&self, group: usize, parts: usize) -> usize {
+        group * self.spectrum_len() + parts * self.order_len(group).max(self.rows_len())
+    }
+
+    fn scratch_lines(&self, batch: usize) -> usize {
+        let (group, groups) = Self::groups(batch);
+        let parts = PARTS * self.workers;
+        if self.by_groups(batch) {
+            self.workers.min(groups) * self.group_lines(group, 1)
+        } else {
+            self.group_lines(group, parts)
+        }
     }
 
     /// Synthesis group by group.
@@ -328,24 +336,45 @@ impl Plan {
         sets: &[f64],
         maps: &mut [f64],
         scratch: &mut [Lanes],
-        group: usize,
         parallelism: Parallelism,
     ) {
-        let (spectra, slots) = scratch.split_at_mut(group * self.spectrum_len());
-        let slots = Slots::new(slots, self.worker_len(group));
-        let count = coefficient_count(self.degree, self.orders);
         let size = self.grid.len();
-        for (sets, maps) in sets
-            .chunks(GROUP * count)
-            .zip(maps.chunks_mut(GROUP * size))
-        {
-            if sets.len() == GROUP * count {
-                self.synthesise_group::<GROUP>(sets, maps, spectra, &slots, parallelism);
-            } else {
-                for (set, map) in sets.chunks_exact(count).zip(maps.chunks_exact_mut(size)) {
-                    self.synthesise_group::<1>(set, map, spectra, &slots, parallelism);
+        let count = coefficient_count(self.degree, self.orders);
+        let batch = sets.len() / count;
+        let (group, groups) = Self::groups(batch);
+        let maps = Chunks {
+            values: maps,
+            length: group * size,
+        };
+        let run = |first: usize, maps: &mut [f64], scratch: &mut [Lanes], parallelism| {
+            let sets = &sets[first * group * count..];
+            for (sets, maps) in sets
+                .chunks(group * count)
+                .zip(maps.chunks_mut(group * size))
+            {
+                if maps.len() == GROUP * size {
+                    self.synthesise_group::<GROUP>(sets, maps, scratch, parallelism);
+                } else {
+                    for (set, map) in sets.chunks_exact(count).zip(maps.chunks_exact_mut(size)) {
+                        self.synthesise_group::<1>(set, map, scratch, parallelism);
+                    }
                 }
             }
+        };
+        if self.by_groups(batch) {
+            let share = self.group_lines(group, 1);
+            divided(
+                parallelism,
+                0..groups,
+                maps,
+                scratch,
+                share,
+                &|items, maps, scratch| {
+                    run(items.start, maps.values, scratch, Parallelism::Sequential);
+                },
+            );
+        } else {
+            run(0, maps.values, scratch, parallelism);
         }
     }
 
@@ -353,30 +382,47 @@ impl Plan {
         &self,
         sets: &[f64],
         maps: &mut [f64],
-        spectra: &mut [Lanes],
-        slots: &Slots,
+        scratch: &mut [Lanes],
         parallelism: Parallelism,
     ) {
         let octets = self.recurrence.octets.len();
-        let spectra = &mut spectra.as_chunks_mut().0[..MAPS * (self.orders + 1) * octets];
+        let orders = self.orders + 1;
+        let (spectra, scratch) = scratch.split_at_mut(MAPS * self.spectrum_len());
+        let spectra: &mut [Quad] = spectra.as_chunks_mut().0;
         // Order by order: coefficients to the cosine and sine sums of every ring, [m][map][octet].
-        over_chunks(parallelism, spectra, MAPS * octets, |m, out| {
-            slots.with(|slot| {
-                wide!(self.level, simd => self.synthesise_order::<_, MAPS>(simd, m, sets, out, slot));
-            });
-        });
+        divided(
+            parallelism,
+            0..orders,
+            Chunks {
+                values: &mut *spectra,
+                length: MAPS * octets,
+            },
+            scratch,
+            self.order_len(MAPS),
+            &|orders, spectra, scratch| {
+                wide!(self.level, simd => {
+                    for (m, out) in orders.zip(spectra.values.chunks_exact_mut(MAPS * octets)) {
+                        self.synthesise_order::<_, MAPS>(simd, m, sets, out, scratch);
+                    }
+                });
+            },
+        );
         // Sixteen rings after another: those sums to samples.
         let spectra = &*spectra;
         for (index, map) in maps.chunks_exact_mut(self.grid.len()).enumerate() {
-            over_octets(
+            divided(
                 parallelism,
-                map,
-                self.grid.columns(),
-                |octet, north, south| {
-                    let sums = &spectra[index * octets + octet..];
-                    slots.with(|slot| {
-                    wide!(self.level, simd => self.synthesise_rows(simd, sums, MAPS * octets, north, south, slot));
-                });
+                0..octets,
+                Octets::new(map, self.grid.columns()),
+                scratch,
+                self.rows_len(),
+                &|range, rows, scratch| {
+                    wide!(self.level, simd => {
+                        for (octet, [north, south]) in range.zip(rows) {
+                            let sums = &spectra[index * octets + octet..];
+                            self.synthesise_rows(simd, sums, MAPS * octets, north, south, scratch);
+                        }
+                    });
                 },
             );
         }
@@ -483,24 +529,45 @@ impl Plan {
         maps: &[f64],
         sets: &mut [f64],
         scratch: &mut [Lanes],
-        group: usize,
         parallelism: Parallelism,
     ) {
-        let (spectra, slots) = scratch.split_at_mut(group * self.spectrum_len());
-        let slots = Slots::new(slots, self.worker_len(group));
-        let count = coefficient_count(self.degree, self.orders);
         let size = self.grid.len();
-        for (sets, maps) in sets
-            .chunks_mut(GROUP * count)
-            .zip(maps.chunks(GROUP * size))
-        {
-            if sets.len() == GROUP * count {
-                self.analyse_group::<GROUP>(maps, sets, spectra, &slots, parallelism);
-            } else {
-                for (set, map) in sets.chunks_exact_mut(count).zip(maps.chunks_exact(size)) {
-                    self.analyse_group::<1>(map, set, spectra, &slots, parallelism);
+        let count = coefficient_count(self.degree, self.orders);
+        let batch = sets.len() / count;
+        let (group, groups) = Self::groups(batch);
+        let sets = Chunks {
+            values: sets,
+            length: group * count,
+        };
+        let run = |first: usize, sets: &mut [f64], scratch: &mut [Lanes], parallelism| {
+            let maps = &maps[first * group * size..];
+            for (sets, maps) in sets
+                .chunks_mut(group * count)
+                .zip(maps.chunks(group * size))
+            {
+                if sets.len() == GROUP * count {
+                    self.analyse_group::<GROUP>(maps, sets, scratch, parallelism);
+                } else {
+                    for (set, map) in sets.chunks_exact_mut(count).zip(maps.chunks_exact(size)) {
+                        self.analyse_group::<1>(map, set, scratch, parallelism);
+                    }
                 }
             }
+        };
+        if self.by_groups(batch) {
+            let share = self.group_lines(group, 1);
+            divided(
+                parallelism,
+                0..groups,
+                sets,
+                scratch,
+                share,
+                &|items, sets, scratch| {
+                    run(items.start, sets.values, scratch, Parallelism::Sequential);
+                },
+            );
+        } else {
+            run(0, sets.values, scratch, parallelism);
         }
     }
 
@@ -508,33 +575,52 @@ impl Plan {
         &self,
         maps: &[f64],
         mut sets: &mut [f64],
-        spectra: &mut [Lanes],
-        slots: &Slots,
+        scratch: &mut [Lanes],
         parallelism: Parallelism,
     ) {
         let octets = self.recurrence.octets.len();
         let orders = self.orders + 1;
-        let spectra = &mut spectra.as_chunks_mut().0[..MAPS * orders * octets];
+        let (spectra, scratch) = scratch.split_at_mut(MAPS * self.spectrum_len());
+        let spectra: &mut [Quad] = spectra.as_chunks_mut().0;
         // Sixteen rings after another: samples to cosine and sine sums, [map][octet][m].
-        over_chunks(parallelism, spectra, orders, |index, out| {
-            let (map, octet) = (index / octets, index % octets);
-            let map = &maps[map * self.grid.len()..][..self.grid.len()];
-            slots.with(|slot| {
-                wide!(self.level, simd => self.analyse_rows(simd, octet, map, out, slot));
-            });
-        });
+        divided(
+            parallelism,
+            0..MAPS * octets,
+            Chunks {
+                values: &mut *spectra,
+                length: orders,
+            },
+            scratch,
+            self.rows_len(),
+            &|range, spectra, scratch| {
+                wide!(self.level, simd => {
+                    for (index, out) in range.zip(spectra.values.chunks_exact_mut(orders)) {
+                        let (map, octet) = (index / octets, index % octets);
+                        let map = &maps[map * self.grid.len()..][..self.grid.len()];
+                        self.analyse_rows(simd, octet, map, out, scratch);
+                    }
+                });
+            },
+        );
         // Order by order: those sums to coefficients.
         let spectra = &*spectra;
         let length = sets.len() / MAPS;
         let sets = std::array::from_fn(|_| sets.split_off_mut(..length).unwrap_or_default());
-        over_orders::<MAPS>(
+        divided(
             parallelism,
-            (0, orders),
-            sets,
-            &|m| (self.degree + 1 - m) * if m == 0 { 1 } else { 2 },
-            &|m, columns| {
-                slots.with(|slot| {
-                    wide!(self.level, simd => self.analyse_order::<_, MAPS>(simd, m, spectra, columns, slot));
+            0..orders,
+            Orders::<MAPS> {
+                sets,
+                first: 0,
+                degree: self.degree,
+            },
+            scratch,
+            self.order_len(MAPS),
+            &|range, columns, scratch| {
+                wide!(self.level, simd => {
+                    for (m, columns) in range.zip(columns) {
+                        self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch);
+                    }
                 });
             },
         );
@@ -621,8 +707,8 @@ impl Plan {
         let steps = self.recurrence.steps(m).len();
         let (parts, sums) = slot.split_at_mut(MAPS * octets * 4);
         let parts: &mut [Quad] = parts.as_chunks_mut().0;
-        let sums = &mut sums.as_flattened_mut().as_chunks_mut::<4>().0[..MAPS * steps];
-        sums.fill([0.0; 4]);
+        let sums = &mut sums[..MAPS * steps / 2];
+        sums.fill([0.0; LANES]);
         for (index, (parts, sums)) in parts
             .iter_mut()
             .zip(spectra[m..].iter().step_by(self.orders + 1))

@@ -1,38 +1,179 @@
-//! Division of a transform's work among threads, and of its scratch among them.
+//! Division of a transform's work among threads, and of its scratch with it.
 
-use std::sync::{Mutex, PoisonError};
+use std::ops::Range;
 
 use super::recurrence::{LANES, Lanes};
 use crate::Parallelism;
 
-/// Pieces of scratch that threads borrow and give back.
-pub(crate) struct Slots<'a> {
-    free: Mutex<Vec<&'a mut [Lanes]>>,
-    length: usize,
+/// What some of the items of a piece of work write to.
+pub(crate) trait Divide: Send + Sized {
+    /// The part of the first `items` items, and the rest.
+    fn divide(self, items: usize) -> (Self, Self);
 }
 
-impl<'a> Slots<'a> {
-    /// Cuts scratch into slots of `length`.
-    pub(crate) fn new(scratch: &'a mut [Lanes], length: usize) -> Self {
+/// Runs `f(items, piece, scratch)` on parts of `items`, each with its own `share` of the scratch: as many parts as there are shares,
+/// or one on the caller's thread. Allocates nothing.
+pub(crate) fn divided<P: Divide>(
+    parallelism: Parallelism,
+    items: Range<usize>,
+    piece: P,
+    scratch: &mut [Lanes],
+    share: usize,
+    f: &(impl Fn(Range<usize>, P, &mut [Lanes]) + Sync),
+) {
+    if parallelism.threads() > 1 && items.len() > 1 && scratch.len() >= 2 * share {
+        let middle = items.start + items.len() / 2;
+        let (low, high) = piece.divide(middle - items.start);
+        let (mine, other) = scratch.split_at_mut(scratch.len() / share / 2 * share);
+        let (first, second) = (items.start..middle, middle..items.end);
+        join(
+            || divided(parallelism, first, low, mine, share, f),
+            || divided(parallelism, second, high, other, share, f),
+        );
+    } else {
+        f(items, piece, &mut scratch[..share]);
+    }
+}
+
+/// Runs `f` inside the thread pool, so that what it divides need not enter it again and again.
+pub(crate) fn inside_pool(parallelism: Parallelism, f: impl FnOnce() + Send) {
+    if parallelism.threads() > 1 {
+        join(f, || ());
+    } else {
+        f();
+    }
+}
+
+#[cfg(feature = "parallel")]
+fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+    rayon::join(a, b);
+}
+
+#[cfg(not(feature = "parallel"))]
+fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+    a();
+    b();
+}
+
+/// Items of one length each, one after the other.
+pub(crate) struct Chunks<'a, T> {
+    pub(crate) values: &'a mut [T],
+    pub(crate) length: usize,
+}
+
+impl<T: Send> Divide for Chunks<'_, T> {
+    fn divide(self, items: usize) -> (Self, Self) {
+        let length = self.length;
+        let (low, high) = self
+            .values
+            .split_at_mut((items * length).min(self.values.len()));
+        let part = |values| Self { values, length };
+        (part(low), part(high))
+    }
+}
+
+/// Eight rows of a map and their mirror images each. The southern rows go from north to south; the equator of an odd number of rings
+/// is a northern row.
+pub(crate) struct Octets<'a> {
+    north: &'a mut [f64],
+    south: &'a mut [f64],
+    columns: usize,
+}
+
+impl<'a> Octets<'a> {
+    pub(crate) fn new(map: &'a mut [f64], columns: usize) -> Self {
+        let rings = map.len() / columns;
+        let (north, south) = map.split_at_mut(rings.div_ceil(2) * columns);
         Self {
-            free: Mutex::new(scratch.chunks_exact_mut(length).collect()),
-            length,
+            north,
+            south,
+            columns,
         }
     }
+}
 
-    /// Runs `f` on a slot that nobody else uses meanwhile.
-    pub(crate) fn with<T>(&self, f: impl FnOnce(&mut [Lanes]) -> T) -> T {
-        let free = || self.free.lock().unwrap_or_else(PoisonError::into_inner);
-        let slot = free().pop();
-        match slot {
-            Some(slot) => {
-                let value = f(slot);
-                free().push(slot);
-                value
-            }
-            // More threads than the plan counted when it was made.
-            None => f(&mut vec![[0.0; LANES]; self.length]),
-        }
+impl<'a> Iterator for Octets<'a> {
+    type Item = [&'a mut [f64]; 2];
+
+    /// The northern and the southern rows of the next octet.
+    fn next(&mut self) -> Option<Self::Item> {
+        let length = LANES * self.columns;
+        let north = self.north.split_off_mut(..length.min(self.north.len()))?;
+        let south = self
+            .south
+            .split_off_mut(self.south.len().saturating_sub(length)..)?;
+        (!north.is_empty()).then_some([north, south])
+    }
+}
+
+impl Divide for Octets<'_> {
+    fn divide(self, items: usize) -> (Self, Self) {
+        let (columns, length) = (self.columns, items * LANES * self.columns);
+        let (north, rest) = self.north.split_at_mut(length.min(self.north.len()));
+        let (remote, south) = self
+            .south
+            .split_at_mut(self.south.len().saturating_sub(length));
+        let part = |north, south| Self {
+            north,
+            south,
+            columns,
+        };
+        (part(north, south), part(rest, remote))
+    }
+}
+
+/// The columns of consecutive orders, of several coefficient sets.
+pub(crate) struct Orders<'a, const MAPS: usize> {
+    pub(crate) sets: [&'a mut [f64]; MAPS],
+    /// The order of the first columns.
+    pub(crate) first: usize,
+    pub(crate) degree: usize,
+}
+
+impl<const MAPS: usize> Orders<'_, MAPS> {
+    /// How long the columns of order m are together.
+    fn length(degree: usize, m: usize) -> usize {
+        (degree + 1 - m) * if m == 0 { 1 } else { 2 }
+    }
+}
+
+impl<'a, const MAPS: usize> Iterator for Orders<'a, MAPS> {
+    type Item = [&'a mut [f64]; MAPS];
+
+    /// The columns of the next order.
+    fn next(&mut self) -> Option<Self::Item> {
+        let length = Self::length(self.degree, self.first);
+        self.first += 1;
+        Some(
+            self.sets
+                .each_mut()
+                .map(|set| set.split_off_mut(..length).unwrap_or_default()),
+        )
+    }
+}
+
+impl<const MAPS: usize> Divide for Orders<'_, MAPS> {
+    fn divide(mut self, items: usize) -> (Self, Self) {
+        let (first, degree) = (self.first, self.degree);
+        let length = (first..first + items)
+            .map(|m| Self::length(degree, m))
+            .sum::<usize>();
+        let sets = self
+            .sets
+            .each_mut()
+            .map(|set| set.split_off_mut(..length).unwrap_or_default());
+        let rest = Self {
+            first: first + items,
+            ..self
+        };
+        (
+            Self {
+                sets,
+                first,
+                degree,
+            },
+            rest,
+        )
     }
 }
 
@@ -55,78 +196,6 @@ pub(crate) fn over_chunks<T: Send>(
         _ => {
             for (i, chunk) in slice.chunks_mut(length).enumerate() {
                 f(i, chunk);
-            }
-        }
-    }
-}
-
-/// Runs `f(octet, north rows, south rows)` on each eight rows of a map and their mirror images. The south rows go from north to
-/// south; the equator of an odd number of rings is a north row.
-pub(crate) fn over_octets(
-    parallelism: Parallelism,
-    map: &mut [f64],
-    columns: usize,
-    f: impl Fn(usize, &mut [f64], &mut [f64]) + Sync + Send,
-) {
-    let rings = map.len() / columns;
-    let (north, south) = map.split_at_mut(rings.div_ceil(2) * columns);
-    let length = LANES * columns;
-    match parallelism {
-        #[cfg(feature = "parallel")]
-        Parallelism::Rayon => {
-            use rayon::prelude::*;
-            // The last southern chunk is missing where the equator alone is the last octet.
-            let south_count = south.len().div_ceil(length);
-            let (with, without) = north.split_at_mut(north.len().min(south_count * length));
-            with.par_chunks_mut(length)
-                .zip(south.par_rchunks_mut(length))
-                .enumerate()
-                .for_each(|(i, (north, south))| f(i, north, south));
-            if !without.is_empty() {
-                f(south_count, without, &mut []);
-            }
-        }
-        _ => {
-            let mut south = south.rchunks_mut(length);
-            for (i, north) in north.chunks_mut(length).enumerate() {
-                f(i, north, south.next().unwrap_or_default());
-            }
-        }
-    }
-}
-
-/// Runs `f(m, columns)` for the orders `first..last`; `columns` are those of order m, one slice a map, and `sets` hold the coefficients
-/// of those orders only. `length(m)` is how many there are at order m.
-pub(crate) fn over_orders<const MAPS: usize>(
-    parallelism: Parallelism,
-    (first, last): (usize, usize),
-    mut sets: [&mut [f64]; MAPS],
-    length: &(impl Fn(usize) -> usize + Sync),
-    f: &(impl Fn(usize, [&mut [f64]; MAPS]) + Sync),
-) {
-    match parallelism {
-        #[cfg(feature = "parallel")]
-        Parallelism::Rayon if last - first > 1 => {
-            let middle = (first + last) / 2;
-            let at = (first..middle).map(length).sum();
-            let mut halves = sets.map(|set| Some(set.split_at_mut(at)));
-            let low = halves.each_mut().map(|half| {
-                half.as_mut()
-                    .map(|(low, _)| std::mem::take(low))
-                    .unwrap_or_default()
-            });
-            let high = halves.map(|half| half.map(|(_, high)| high).unwrap_or_default());
-            rayon::join(
-                || over_orders(parallelism, (first, middle), low, length, f),
-                || over_orders(parallelism, (middle, last), high, length, f),
-            );
-        }
-        _ => {
-            for m in first..last {
-                let columns = sets
-                    .each_mut()
-                    .map(|set| set.split_off_mut(..length(m)).unwrap_or_default());
-                f(m, columns);
             }
         }
     }
