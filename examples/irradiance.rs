@@ -3,7 +3,7 @@
 //!     cargo run --release --example irradiance
 //!
 //! Nine numbers a channel answer it to a few percent (Ramamoorthi and Hanrahan 2001, doi:10.1145/383259.383317), a few hundred to as
-//! many digits as the map has: E(n) = Σ A_l L_lm Y_lm(n), A_l = π, 2π/3, π/4, 0, −π/24 …
+//! many digits as the map has: `E(n) = Σ A_l L_lm Y_lm(n)`, `A_l` = π, 2π/3, π/4, 0, −π/24 …
 
 use lobes::glam::DVec3;
 use lobes::harmonics::{convolve_zonal, evaluate};
