@@ -47,6 +47,31 @@ def uniform(seed, count):
     return numbers
 
 
+def reflections(seed, count, anisotropic):
+    """(σ_x, σ_y, view, light) that a contract makes again from the seed: +, −, ×, / and √ only, which round alike everywhere.
+
+    σ from 0.005 to 1; a third of the views graze, down to a cosine of 1e-6; slopes of the half vector to 4σ; lights above the horizon.
+    """
+    rows = []
+    numbers = iter(uniform(seed, 32 * count))
+    while len(rows) < count:
+        a, b, c, graze, x, y, p, q = (next(numbers) for _ in range(8))
+        a, b, c = 0.5 * (a + 1.0), 0.5 * (b + 1.0), 0.5 * (c + 1.0)
+        sigma_x = 0.005 + 0.995 * (a * a * a)
+        sigma_y = 0.005 + 0.995 * (b * b * b) if anisotropic else sigma_x
+        cosine = 1e-6 + 0.1 * (c * c * c * c) if graze < -1.0 / 3.0 else 0.1 + 0.9 * c
+        radius = math.sqrt((1.0 - cosine) * (1.0 + cosine)) / math.sqrt(x * x + y * y)
+        view = (x * radius, y * radius, cosine)
+        half_x, half_y = 2.8 * sigma_x * p, 2.8 * sigma_y * q
+        twice = 2.0 * (half_x * view[0] + half_y * view[1] + cosine) / (half_x * half_x + half_y * half_y + 1.0)
+        light = (twice * half_x - view[0], twice * half_y - view[1], twice - cosine)
+        length = math.sqrt(light[0] * light[0] + light[1] * light[1] + light[2] * light[2])
+        light = (light[0] / length, light[1] / length, light[2] / length)
+        if light[2] > 0.0:
+            rows.append((sigma_x, sigma_y, view, light))
+    return rows
+
+
 def skip(why):
     """Ends the script where its oracle cannot run on this machine; the old snapshot stays."""
     print(f"skipped: {why}")

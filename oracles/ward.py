@@ -7,12 +7,10 @@ other angles over rings, in 80-bit arithmetic. The crate integrates over rows of
 Names: the lobe at ρ_s = 1 times the light's cosine, view v = (s, 0, c), half vector h, δ between h and the normal.
 """
 
-import random
-
 import mpmath
 import numpy
 from mpmath import mp, mpf
-from snapshot import Snapshot
+from snapshot import Snapshot, reflections
 
 VARIANTS = ["ward1992", "duer", "gmd", "sampled"]
 
@@ -102,37 +100,16 @@ def albedo(variant, cosine, sigma):
     return over_rings(sine, cosine, sigma, make(sine, cosine))
 
 
-def reflect(view, x, y):
-    h = numpy.array([x, y, 1.0])
-    h /= numpy.sqrt(h @ h)
-    light = 2 * (h @ view) * h - view
-    return light / numpy.sqrt(light @ light)
-
-
 def lobes(snapshot):
+    """500 geometries a lobe, from a seed."""
     mp.dps = 50
-    for variant in VARIANTS:
+    for seed, variant in enumerate(VARIANTS):
         for anisotropic in [False, True]:
             if anisotropic and variant == "sampled":
                 continue
-            rng = random.Random(f"lobes of {variant} {anisotropic}")
-            rows = []
-            wanted = 200 if anisotropic or variant == "sampled" else 500
-            while len(rows) < wanted:
-                sigma_x = 10 ** rng.uniform(numpy.log10(0.005), 0.0)
-                sigma_y = 10 ** rng.uniform(numpy.log10(0.005), 0.0) if anisotropic else sigma_x
-                # A third of the views graze, down to a cosine of 1e-6.
-                cosine = 10 ** rng.uniform(-6, -1) if rng.random() < 1 / 3 else rng.uniform(0.1, 1)
-                azimuth = rng.uniform(0, 2 * numpy.pi)
-                sine = numpy.sqrt((1 - cosine) * (1 + cosine))
-                view = numpy.array([sine * numpy.cos(azimuth), sine * numpy.sin(azimuth), cosine])
-                radius, turn = rng.uniform(0, 4), rng.uniform(0, 2 * numpy.pi)
-                light = reflect(view, sigma_x * radius * numpy.cos(turn), sigma_y * radius * numpy.sin(turn))
-                if light[2] <= 0:
-                    continue
-                value = lobe(variant, sigma_x, sigma_y, view, light, share_above)
-                rows.append([sigma_x, sigma_y, *view, *light, value])
-            snapshot.case("lobe-anisotropic" if anisotropic else "lobe", variant=variant, rows=rows)
+            seed_ = 500 + 2 * seed + anisotropic
+            values = [lobe(variant, *row, share_above) for row in reflections(seed_, 500, anisotropic)]
+            snapshot.case("lobe-anisotropic" if anisotropic else "lobe", variant=variant, seed=seed_, values=values)
 
 
 COSINES = [1.0, 0.9, 0.5, 0.2, 0.05, 1e-2, 1e-3, 1e-6]

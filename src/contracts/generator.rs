@@ -1,5 +1,7 @@
 //! The inputs that a snapshot names by a seed: the same numbers as `uniform` of `oracles/snapshot.py`.
 
+use glam::DVec3;
+
 use crate::Result;
 use crate::harmonics::Coefficients;
 use crate::illumination::EnvironmentMap;
@@ -17,6 +19,48 @@ pub(super) fn uniform(seed: u64, count: usize) -> Vec<f64> {
             z ^= z >> 31;
             (z >> 11) as f64 * f64::EPSILON - 1.0
         })
+        .collect()
+}
+
+/// `σ_x`, `σ_y`, view and light of a lobe's geometries, as `reflections` of `oracles/snapshot.py` makes them: by +, −, ×, / and √ only, in the
+/// same order, so that they are the same doubles.
+pub(super) fn reflections(
+    seed: u64,
+    count: usize,
+    anisotropic: bool,
+) -> Vec<([f64; 2], DVec3, DVec3)> {
+    let numbers = uniform(seed, 32 * count);
+    let (draws, _) = numbers.as_chunks::<8>();
+    draws
+        .iter()
+        .filter_map(|&[a, b, c, graze, x, y, p, q]| {
+            let [a, b, c] = [a, b, c].map(|u| 0.5 * (u + 1.0));
+            let sigma_x = 0.005 + 0.995 * (a * a * a);
+            let sigma_y = if anisotropic {
+                0.005 + 0.995 * (b * b * b)
+            } else {
+                sigma_x
+            };
+            let cosine = if graze < -1.0 / 3.0 {
+                1e-6 + 0.1 * (c * c * c * c)
+            } else {
+                0.1 + 0.9 * c
+            };
+            let radius = ((1.0 - cosine) * (1.0 + cosine)).sqrt() / (x * x + y * y).sqrt();
+            let view = DVec3::new(x * radius, y * radius, cosine);
+            let (half_x, half_y) = (2.8 * sigma_x * p, 2.8 * sigma_y * q);
+            let twice = 2.0 * (half_x * view.x + half_y * view.y + cosine)
+                / (half_x * half_x + half_y * half_y + 1.0);
+            let light = DVec3::new(
+                twice * half_x - view.x,
+                twice * half_y - view.y,
+                twice - cosine,
+            );
+            let length = (light.x * light.x + light.y * light.y + light.z * light.z).sqrt();
+            let light = DVec3::new(light.x / length, light.y / length, light.z / length);
+            (light.z > 0.0).then_some(([sigma_x, sigma_y], view, light))
+        })
+        .take(count)
         .collect()
 }
 

@@ -28,6 +28,7 @@ mod spectrum;
 mod sphere;
 mod transform;
 mod view_operator;
+mod ward_mitsuba;
 
 pub use measurement::{Measurement, Tally};
 pub use metric::Metric;
@@ -131,6 +132,7 @@ pub fn contracts() -> Vec<Contract> {
         reflectance::contracts(),
         beckmann::contracts(),
         radiance::contracts(),
+        ward_mitsuba::contracts(),
         view_operator::contracts(),
         map::contracts(),
         picture::contracts(),

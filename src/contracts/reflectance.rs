@@ -2,9 +2,9 @@
 
 use serde::Deserialize;
 
-use super::{Contract, Metric, Oracle, Snapshots, Tally};
+use super::{Contract, Metric, Oracle, Snapshots, Tally, generator};
 use crate::Result;
-use crate::reflectance::{Variant, Ward, lambert};
+use crate::reflectance::{IsotropicCoefficients, Variant, Ward, lambert};
 use glam::DVec3;
 
 pub(super) fn contracts() -> Vec<Contract> {
@@ -24,7 +24,7 @@ pub(super) fn contracts() -> Vec<Contract> {
             id: "reflectance/lobe",
             function: "Ward::evaluate",
             oracle: Oracle::Snapshot("ward"),
-            domain: "500 geometries a lobe (200 for RadianceSampled), σ 0.005 … 1, half vectors to 4σ, a third of the views at cosines 10⁻⁶ … 0.1",
+            domain: "500 geometries a lobe, σ 0.005 … 1, half vectors to 4σ, a third of the views at cosines 10⁻⁶ … 0.1",
             metric: Metric::Relative,
             bound: 5e-14,
             why: "the exponent reaches 16, and multiplies its own rounding",
@@ -35,7 +35,7 @@ pub(super) fn contracts() -> Vec<Contract> {
             id: "reflectance/lobe-anisotropic",
             function: "Ward::evaluate, anisotropic",
             oracle: Oracle::Snapshot("ward"),
-            domain: "200 geometries a lobe, σ_x and σ_y 0.005 … 1, half vectors to 4σ, a third of the views at cosines 10⁻⁶ … 0.1",
+            domain: "500 geometries a lobe, σ_x and σ_y 0.005 … 1, half vectors to 4σ, a third of the views at cosines 10⁻⁶ … 0.1",
             metric: Metric::Relative,
             bound: 5e-14,
             why: "the exponent reaches 16, and multiplies its own rounding",
@@ -46,7 +46,7 @@ pub(super) fn contracts() -> Vec<Contract> {
             id: "reflectance/lobe-batch",
             function: "Ward::evaluate_batch",
             oracle: Oracle::Snapshot("ward"),
-            domain: "as reflectance/lobe",
+            domain: "as reflectance/lobe and reflectance/lobe-anisotropic",
             metric: Metric::Relative,
             bound: 5e-14,
             why: "the exponent reaches 16, and multiplies its own rounding",
@@ -97,7 +97,43 @@ pub(super) fn contracts() -> Vec<Contract> {
             loose: None,
             measure: |snapshots, tally| zonals(snapshots, tally, "zonal-oblique"),
         },
+        Contract {
+            id: "reflectance/isotropic",
+            function: "reflectance::IsotropicCoefficients",
+            oracle: Oracle::Snapshot("isotropic"),
+            domain: "l and p to 6, σ 0.15 and 0.5, three lobes",
+            metric: Metric::Absolute,
+            bound: 1e-13,
+            why: "sums of terms of either sign up to ½; the lowest panel of view elevations is cut at 10⁻⁶",
+            loose: None,
+            measure: isotropic,
+        },
     ]
+}
+
+fn isotropic(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Case {
+        variant: String,
+        sigma: f64,
+        degree: usize,
+        values: Vec<f64>,
+    }
+    for case in snapshots.cases::<Case>("isotropic", "coefficients")? {
+        let lobe = Ward::isotropic(case.variant.parse()?, case.sigma)?;
+        let got = IsotropicCoefficients::new(&lobe, case.degree, case.degree)?;
+        let mut values = case.values.iter();
+        for l in 0..=case.degree {
+            for p in 0..=case.degree {
+                for (q, &want) in (0..=l.min(p)).zip(values.by_ref()) {
+                    tally.compare(got.get(l, p, q as isize), want, || {
+                        format!("{}, σ {}, l {l}, p {p}, q {q}", case.variant, case.sigma)
+                    });
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 fn lambert_kernel(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
@@ -122,16 +158,22 @@ fn lambert_kernel(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 #[derive(Deserialize)]
 struct Lobes {
     variant: String,
-    /// `σ_x`, `σ_y`, view, light, value.
-    rows: Vec<[f64; 9]>,
+    seed: u64,
+    values: Vec<f64>,
 }
 
 impl Lobes {
     fn each(&self, mut with: impl FnMut(Ward, DVec3, DVec3, f64) -> Result<()>) -> Result<()> {
         let variant: Variant = self.variant.parse()?;
-        for &[sigma_x, sigma_y, vx, vy, vz, lx, ly, lz, value] in &self.rows {
-            let lobe = Ward::anisotropic(variant, sigma_x, sigma_y)?;
-            with(lobe, DVec3::new(vx, vy, vz), DVec3::new(lx, ly, lz), value)?;
+        // The even seeds are those of round lobes.
+        let rows = generator::reflections(self.seed, self.values.len(), self.seed % 2 == 1);
+        for (([sigma_x, sigma_y], view, light), &value) in rows.into_iter().zip(&self.values) {
+            with(
+                Ward::anisotropic(variant, sigma_x, sigma_y)?,
+                view,
+                light,
+                value,
+            )?;
         }
         Ok(())
     }
@@ -150,7 +192,11 @@ fn lobes(snapshots: &Snapshots, tally: &mut Tally, name: &str) -> Result<()> {
 }
 
 fn batches(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Lobes>("ward", "lobe")? {
+    let round = snapshots.cases::<Lobes>("ward", "lobe")?;
+    for case in round
+        .iter()
+        .chain(&snapshots.cases("ward", "lobe-anisotropic")?)
+    {
         case.each(|lobe, view, light, value| {
             // Eleven lights: one block of eight and a rest.
             let mut out = [0.0; 11];

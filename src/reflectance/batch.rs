@@ -77,7 +77,7 @@ impl Block {
 
 /// e^(−x) for x ≥ 0: 0 past 708, and to 2 ulp before it. Lanes that are not numbers give anything.
 #[inline(always)]
-fn exp_of_negative<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
+pub(super) fn exp_of_negative<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
     /// ln 2 in two parts, of which the first has 20 trailing zero bits: its product with an exponent is exact.
     const LN2_HIGH: f64 = f64::from_bits(std::f64::consts::LN_2.to_bits() & !0xf_ffff);
     /// ln 2 − `LN2_HIGH`, from the digits of ln 2 beyond the double.

@@ -7,12 +7,14 @@ pub mod approximation;
 mod batch;
 pub mod fit;
 mod gauss;
+mod hemisphere;
 mod horizon;
 mod isotropic;
 pub mod lambert;
 mod material;
 pub mod recover;
 mod slope;
+mod turn;
 mod ward;
 mod zonal;
 
