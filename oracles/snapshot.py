@@ -47,17 +47,17 @@ def uniform(seed, count):
     return numbers
 
 
-def reflections(seed, count, anisotropic):
+def reflections(seed, count, anisotropic, sigma=None):
     """(σ_x, σ_y, view, light) that a contract makes again from the seed: +, −, ×, / and √ only, which round alike everywhere.
 
-    σ from 0.005 to 1; a third of the views graze, down to a cosine of 1e-6; slopes of the half vector to 4σ; lights above the horizon.
+    σ from 0.005 to 1, or as given; a third of the views graze, down to a cosine of 1e-6; slopes of the half vector to 4σ; lights above the horizon.
     """
     rows = []
     numbers = iter(uniform(seed, 32 * count))
     while len(rows) < count:
         a, b, c, graze, x, y, p, q = (next(numbers) for _ in range(8))
         a, b, c = 0.5 * (a + 1.0), 0.5 * (b + 1.0), 0.5 * (c + 1.0)
-        sigma_x = 0.005 + 0.995 * (a * a * a)
+        sigma_x = sigma or 0.005 + 0.995 * (a * a * a)
         sigma_y = 0.005 + 0.995 * (b * b * b) if anisotropic else sigma_x
         cosine = 1e-6 + 0.1 * (c * c * c * c) if graze < -1.0 / 3.0 else 0.1 + 0.9 * c
         radius = math.sqrt((1.0 - cosine) * (1.0 + cosine)) / math.sqrt(x * x + y * y)

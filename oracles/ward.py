@@ -112,6 +112,16 @@ def lobes(snapshot):
             snapshot.case("lobe-anisotropic" if anisotropic else "lobe", variant=variant, seed=seed_, values=values)
 
 
+def fit(snapshot):
+    """60 values of each lobe, of which a fit has to find σ."""
+    mp.dps = 50
+    for seed, variant in enumerate(VARIANTS):
+        for k, sigma in enumerate([0.01, 0.1, 0.6]):
+            seed_ = 600 + 3 * seed + k
+            values = [lobe(variant, *row, share_above) for row in reflections(seed_, 60, False, sigma)]
+            snapshot.case("fit", variant=variant, sigma=sigma, seed=seed_, values=values)
+
+
 COSINES = [1.0, 0.9, 0.5, 0.2, 0.05, 1e-2, 1e-3, 1e-6]
 
 
@@ -257,6 +267,8 @@ def zonal_oblique(snapshot):
     for sigma, cosine, top in [
         (0.03, 0.866, 256), (0.1, 0.5, 128), (0.1, 0.866, 64), (0.1, 0.15, 64), (0.1, 0.02, 64), (0.3, 0.7, 64), (0.5, 0.5, 64), (0.03, 0.02, 64),
         (0.005, 0.3, 256), (0.5, 0.05, 34),
+        # The horizon cuts rows aside of the plane of incidence, 6.3 σ from the peak, and not the row in it.
+        (0.05, 0.575, 128),
     ]:  # fmt: skip
         sums = over_rings_80_bit(sigma, cosine, top)
         degrees = [l for l in DEGREES if l <= top]
@@ -271,6 +283,7 @@ def main():
         precision="lobes 50 digits; albedos 30; zonal at normal incidence 30; oblique, and albedos of ward1992, 80-bit: 1e-15 by doubling the nodes",
     )  # fmt: skip
     lobes(snapshot)
+    fit(snapshot)
     albedos(snapshot)
     zonal_normal(snapshot)
     zonal_oblique(snapshot)

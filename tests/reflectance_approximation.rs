@@ -1,6 +1,8 @@
 //! The closed forms against the exact coefficients: each bound holds, and is not ten times too wide.
 
 use lobes::reflectance::{Variant, Ward, approximation};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
 
 /// σ from 0.02 to 0.5, finely.
 fn sigmas() -> impl Iterator<Item = f64> {
@@ -67,6 +69,47 @@ fn bounds_at_oblique_views() {
                 assert!(error <= bound, "{place}");
                 assert!(bound < 10.0 * error, "{place}");
             }
+        }
+    }
+}
+
+/// Places that no bound was fitted at.
+#[test]
+fn bounds_between_the_places_they_were_read_off() {
+    let mut rng = Pcg64::seed_from_u64(31);
+    for variant in Variant::ALL {
+        for _ in 0..150 {
+            let sigma = 0.005 * 100f64.powf(rng.random());
+            let lobe = Ward::isotropic(variant, sigma).unwrap();
+            let exact = lobe.zonal(1.0, 256).unwrap();
+            for (degree, &truth) in exact.iter().enumerate() {
+                for near in [
+                    approximation::gaussian(variant, sigma, degree).unwrap(),
+                    approximation::series(variant, sigma, degree).unwrap(),
+                ] {
+                    let off = (near.value - truth).abs();
+                    assert!(
+                        off <= near.bound,
+                        "{variant} σ {sigma} l {degree}: {off:e} > {:e}",
+                        near.bound
+                    );
+                }
+            }
+            let least = approximation::MIN_OBLIQUE_COSINE.max(sigma);
+            let cosine = least + (1.0 - least) * rng.random::<f64>().powi(2);
+            let top = (6.0 / (sigma * cosine)).min(200.0) as usize;
+            let exact = lobe.zonal(cosine, top).unwrap();
+            let near = approximation::oblique(variant, sigma, cosine, top).unwrap();
+            let error = exact
+                .iter()
+                .zip(&near.values)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
+            let bound = near.bound;
+            assert!(
+                error <= bound && bound < 10.0 * error,
+                "{variant} σ {sigma} c {cosine}: {error:e} of {bound:e}"
+            );
         }
     }
 }

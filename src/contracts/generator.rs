@@ -29,18 +29,33 @@ pub(super) fn reflections(
     count: usize,
     anisotropic: bool,
 ) -> Vec<([f64; 2], DVec3, DVec3)> {
+    let width = |u: f64| 0.005 + 0.995 * (u * u * u);
+    from_numbers(seed, count, |a, b| {
+        let x = width(a);
+        [x, if anisotropic { width(b) } else { x }]
+    })
+}
+
+/// View and light of one lobe's geometries, as `reflections` of `oracles/snapshot.py` makes them for a given σ.
+pub(super) fn reflections_of(sigma: f64, seed: u64, count: usize) -> Vec<(DVec3, DVec3)> {
+    from_numbers(seed, count, |_, _| [sigma, sigma])
+        .into_iter()
+        .map(|(_, view, light)| (view, light))
+        .collect()
+}
+
+fn from_numbers(
+    seed: u64,
+    count: usize,
+    widths: impl Fn(f64, f64) -> [f64; 2],
+) -> Vec<([f64; 2], DVec3, DVec3)> {
     let numbers = uniform(seed, 32 * count);
     let (draws, _) = numbers.as_chunks::<8>();
     draws
         .iter()
         .filter_map(|&[a, b, c, graze, x, y, p, q]| {
             let [a, b, c] = [a, b, c].map(|u| 0.5 * (u + 1.0));
-            let sigma_x = 0.005 + 0.995 * (a * a * a);
-            let sigma_y = if anisotropic {
-                0.005 + 0.995 * (b * b * b)
-            } else {
-                sigma_x
-            };
+            let [sigma_x, sigma_y] = widths(a, b);
             let cosine = if graze < -1.0 / 3.0 {
                 1e-6 + 0.1 * (c * c * c * c)
             } else {

@@ -1,10 +1,14 @@
 //! Contracts of `reflectance`.
 
+use std::f64::consts::PI;
+
 use serde::Deserialize;
 
 use super::{Contract, Metric, Oracle, Snapshots, Tally, generator};
 use crate::Result;
-use crate::reflectance::{IsotropicCoefficients, Variant, Ward, lambert};
+use crate::reflectance::fit::{Measurement, Widths, fit};
+use crate::reflectance::recover::{KernelEstimate, recover_lobe};
+use crate::reflectance::{IsotropicCoefficients, Variant, Ward, approximation, lambert};
 use glam::DVec3;
 
 pub(super) fn contracts() -> Vec<Contract> {
@@ -108,7 +112,154 @@ pub(super) fn contracts() -> Vec<Contract> {
             loose: None,
             measure: isotropic,
         },
+        Contract {
+            id: "reflectance/approximation",
+            function: "reflectance::approximation::{gaussian, series}",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "σ 0.005 … 0.5, degrees to 256, four lobes, normal incidence",
+            metric: Metric::Scaled("the bound that the function states"),
+            bound: 1.0,
+            why: "the bounds are read off the exact coefficients and rounded up; the largest error comes near them",
+            loose: None,
+            measure: approximations,
+        },
+        Contract {
+            id: "reflectance/approximation-oblique",
+            function: "reflectance::approximation::oblique",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "as reflectance/zonal-oblique, where cos θ_v is at least σ and 0.1",
+            metric: Metric::Scaled("the bound that the function states"),
+            bound: 1.0,
+            why: "as above",
+            loose: None,
+            measure: oblique_approximations,
+        },
+        Contract {
+            id: "reflectance/recover",
+            function: "reflectance::recover::recover_lobe",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "ρ_d 0.3, ρ_s 0.4 and σ from 15 degrees of an exact kernel, σ 0.03 … 0.3, four lobes",
+            metric: Metric::Relative,
+            bound: 3e-9,
+            why: "the golden section stops where the sum of squares no longer tells σ apart: at the root of the rounding",
+            loose: None,
+            measure: recovered,
+        },
+        Contract {
+            id: "reflectance/fit",
+            function: "reflectance::fit::fit",
+            oracle: Oracle::Snapshot("ward"),
+            domain: "ρ_d 0.3, ρ_s 0.4 and σ from 60 exact values of a lobe, σ 0.01 … 0.6, four lobes",
+            metric: Metric::Relative,
+            bound: 1e-10,
+            why: "the derivative by ln σ is a central difference, which slows the last step",
+            loose: None,
+            measure: fitted,
+        },
     ]
+}
+
+fn approximations(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<Zonal>("ward", "zonal-normal")? {
+        let variant = case.variant.parse()?;
+        for (&degree, &value) in case.degrees.iter().zip(&case.values) {
+            for near in [
+                approximation::gaussian(variant, case.sigma, degree)?,
+                approximation::series(variant, case.sigma, degree)?,
+            ] {
+                tally.compare_scaled(near.value, value, near.bound, || {
+                    format!("{variant}, σ {}, l = {degree}", case.sigma)
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn oblique_approximations(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<Zonal>("ward", "zonal-oblique")? {
+        let (variant, cosine) = (case.variant.parse()?, case.cosine.unwrap_or(1.0));
+        if cosine < approximation::MIN_OBLIQUE_COSINE.max(case.sigma) {
+            continue;
+        }
+        let top = case.degrees.iter().copied().max().unwrap_or(0);
+        let near = approximation::oblique(variant, case.sigma, cosine, top)?;
+        for (&degree, &value) in case.degrees.iter().zip(&case.values) {
+            tally.compare_scaled(near.values[degree], value, near.bound, || {
+                format!(
+                    "{variant}, σ {}, view cosine {cosine}, l = {degree}",
+                    case.sigma
+                )
+            });
+        }
+    }
+    Ok(())
+}
+
+/// `ρ_d` and `ρ_s` of the surfaces that are recovered and fitted.
+const ALBEDOS: [f64; 2] = [0.3, 0.4];
+
+fn recovered(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<Zonal>("ward", "zonal-normal")? {
+        if !(0.03..=0.3).contains(&case.sigma) {
+            continue;
+        }
+        let top = case.degrees.iter().copied().max().unwrap_or(0);
+        let unknown = KernelEstimate {
+            value: 0.0,
+            standard_error: f64::INFINITY,
+        };
+        let mut kernel = vec![unknown; top + 1];
+        for (&degree, &value) in case.degrees.iter().zip(&case.values) {
+            kernel[degree] = KernelEstimate {
+                value: ALBEDOS[0] * lambert::transfer(degree) / PI + ALBEDOS[1] * value,
+                standard_error: 0.0,
+            };
+        }
+        let found = recover_lobe(&kernel, case.variant.parse()?)?;
+        for ([got, _], want) in [
+            (found.diffuse, ALBEDOS[0]),
+            (found.specular, ALBEDOS[1]),
+            (found.sigma, case.sigma),
+        ] {
+            tally.compare(got, want, || format!("{}, σ {}", case.variant, case.sigma));
+        }
+    }
+    Ok(())
+}
+
+fn fitted(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Case {
+        variant: String,
+        sigma: f64,
+        seed: u64,
+        values: Vec<f64>,
+    }
+    for case in snapshots.cases::<Case>("ward", "fit")? {
+        let measurements: Vec<Measurement> =
+            generator::reflections_of(case.sigma, case.seed, case.values.len())
+                .into_iter()
+                .zip(&case.values)
+                .map(|((view, light), lobe)| Measurement {
+                    light,
+                    view,
+                    value: ALBEDOS[0] / PI + ALBEDOS[1] * lobe / light.z,
+                    weight: 1.0,
+                })
+                .collect();
+        let found = fit(&measurements, case.variant.parse()?, Widths::One)?;
+        for (got, want) in [
+            (found.diffuse, ALBEDOS[0]),
+            (found.specular, ALBEDOS[1]),
+            (found.sigma[0], case.sigma),
+        ] {
+            tally.compare(got.value, want, || {
+                format!("{}, σ {}", case.variant, case.sigma)
+            });
+        }
+    }
+    Ok(())
 }
 
 fn isotropic(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
@@ -241,16 +392,17 @@ fn shares(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
     Ok(())
 }
 
+#[derive(Deserialize)]
+struct Zonal {
+    variant: String,
+    sigma: f64,
+    cosine: Option<f64>,
+    degrees: Vec<usize>,
+    values: Vec<f64>,
+}
+
 fn zonals(snapshots: &Snapshots, tally: &mut Tally, name: &str) -> Result<()> {
-    #[derive(Deserialize)]
-    struct Case {
-        variant: String,
-        sigma: f64,
-        cosine: Option<f64>,
-        degrees: Vec<usize>,
-        values: Vec<f64>,
-    }
-    for case in snapshots.cases::<Case>("ward", name)? {
+    for case in snapshots.cases::<Zonal>("ward", name)? {
         let lobe = Ward::isotropic(case.variant.parse()?, case.sigma)?;
         let cosine = case.cosine.unwrap_or(1.0);
         let top = case.degrees.iter().copied().max().unwrap_or(0);

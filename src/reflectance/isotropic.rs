@@ -8,8 +8,8 @@ use super::gauss::RULE;
 use super::hemisphere;
 use super::slope::REACH;
 use super::ward::{Variant, Ward};
-use crate::harmonics::{self, Coefficients};
-use crate::{Error, Result};
+use crate::harmonics::{Basis, Coefficients};
+use crate::{Error, Parallelism, Result};
 
 /// The largest degree of [`IsotropicCoefficients`].
 pub const MAX_ISOTROPIC_DEGREE: usize = 32;
@@ -74,11 +74,13 @@ impl IsotropicCoefficients {
         };
         let view_shape = Coefficients::zeros(view_degree);
         let mut in_view = vec![0.0; (view_degree + 1) * (view_degree + 1)];
-        let mut projection = Projection::new(light_degree, orders);
+        let mut projection = Projection::new(light_degree, orders)?;
+        let view_basis = Basis::new(view_degree)?;
         for (elevation, weight) in view_elevations(lobe.sigma()[0], light_degree + view_degree) {
             let (cosine, sine) = elevation.sin_cos();
             projection.project(lobe, (sine, cosine))?;
-            harmonics::evaluate_all(DVec3::new(sine, 0.0, cosine), view_degree, &mut in_view)?;
+            let view = DVec3::new(sine, 0.0, cosine);
+            view_basis.values(&[view], &mut in_view, Parallelism::Sequential)?;
             for q in 0..orders {
                 // ∫ cos² qφ over the view's azimuth; the harmonics at azimuth 0 carry the rest.
                 let turn = if q == 0 { TAU } else { PI };
@@ -138,6 +140,7 @@ fn view_elevations(sigma: f64, degree: usize) -> Vec<(f64, f64)> {
 
 /// `∫ f c_i Y_lq(light) dω` for one view at azimuth 0, for every l and q ≥ 0.
 struct Projection {
+    basis: Basis,
     light_shape: Coefficients,
     orders: usize,
     /// By l, then q.
@@ -147,15 +150,15 @@ struct Projection {
 }
 
 impl Projection {
-    fn new(light_degree: usize, orders: usize) -> Self {
-        let light_shape = Coefficients::zeros(light_degree);
-        Self {
+    fn new(light_degree: usize, orders: usize) -> Result<Self> {
+        Ok(Self {
+            basis: Basis::new(light_degree)?,
+            light_shape: Coefficients::zeros(light_degree),
             orders,
             sums: vec![0.0; (light_degree + 1) * orders],
             in_light: vec![0.0; (light_degree + 1) * (light_degree + 1)],
             by_order: vec![0.0; orders],
-            light_shape,
-        }
+        })
     }
 
     fn get(&self, l: usize, q: usize) -> f64 {
@@ -183,7 +186,8 @@ impl Projection {
                 }
             });
             let light = DVec3::new(row.sine, 0.0, row.cosine);
-            if let Err(error) = harmonics::evaluate_all(light, degree, &mut self.in_light) {
+            let values = &mut self.in_light;
+            if let Err(error) = self.basis.values(&[light], values, Parallelism::Sequential) {
                 failed = Err(error);
             }
             for l in 0..=degree {

@@ -66,17 +66,41 @@ pub struct Recovered {
 
 /// Fits `k_l = ρ_d A_l/π + ρ_s b_l(σ)` to an estimated kernel, each degree by its standard error, σ in [0.005, 0.5].
 ///
-/// Degrees with an infinite error are left out; an error of 0 counts as 10⁻¹² of the largest value. `b_l` is that of normal incidence.
+/// A scatter of 2l degrees of freedom makes Student's t of the error, of variance l/(l − 1) in its unit: by that the squared errors are widened, and
+/// degrees 0 and 1, which have no variance, are left out. So are degrees with an infinite error; an error of 0 counts as 10⁻¹² of the largest
+/// value. `b_l` is that of normal incidence.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] if fewer than four degrees are known or they do not determine the three parameters.
+/// [`Error::Unanswerable`] if fewer than four degrees from 2 on are known or they do not determine the three parameters.
+///
+/// ```
+/// use lobes::harmonics::{Coefficients, convolve_zonal};
+/// use lobes::reflectance::{Variant, Ward, recover::{recover_kernel, recover_lobe}};
+/// let mut light = Coefficients::zeros(20);
+/// for (index, value) in light.as_mut_slice().iter_mut().enumerate() {
+///     *value = (1.0 + index as f64).sin();
+/// }
+/// let mirror_like = Ward::isotropic(Variant::Duer, 0.1)?.zonal(1.0, 20)?;
+/// let mut reflected = light.clone();
+/// convolve_zonal(&mut reflected, &mirror_like)?;
+/// let found = recover_lobe(&recover_kernel(&light, &reflected)?, Variant::Duer)?;
+/// assert!((found.specular[0] - 1.0).abs() < 1e-6 && (found.sigma[0] - 0.1).abs() < 1e-6);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 pub fn recover_lobe(kernel: &[KernelEstimate], variant: Variant) -> Result<Recovered> {
     let scale = kernel.iter().map(|k| k.value.abs()).fold(0.0, f64::max);
     let known: Vec<(usize, f64, f64)> = kernel
         .iter()
         .enumerate()
-        .filter(|(_, k)| k.standard_error.is_finite() && k.value.is_finite())
-        .map(|(l, k)| (l, k.value, 1.0 / k.standard_error.max(1e-12 * scale)))
+        .filter(|&(l, k)| l > 1 && k.standard_error.is_finite() && k.value.is_finite())
+        .map(|(l, k)| {
+            let widening = (l as f64 / (l as f64 - 1.0)).sqrt();
+            (
+                l,
+                k.value,
+                1.0 / (widening * k.standard_error).max(1e-12 * scale),
+            )
+        })
         .collect();
     let undetermined =
         || Error::Unanswerable("the kernel does not determine ρ_d, ρ_s and σ".to_owned());

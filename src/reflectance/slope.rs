@@ -175,11 +175,19 @@ fn trapezoid(
         .unwrap_or(sigma);
     let (cut_step, bend) = (step_of_strip(strip, sigma, degree), strip / PI);
     let reach_x = REACH * gaussian.sigma_x;
-    let nearest = cosine / (1.0 + sine);
+    let rows = (REACH * gaussian.sigma_y / step).ceil() as i64;
+    // The ends of the row at y.
+    let ends = |y: f64| {
+        let sin_psi = y * cosine;
+        let right = (sine + ((1.0 - sin_psi) * (1.0 + sin_psi)).max(0.0).sqrt()) / cosine;
+        ((y * y - 1.0) / right, right)
+    };
+    // The edge of the disk is farthest from the peak at y = 0 and nearest in the last row.
+    let (farthest, nearest) = (-ends(0.0).0, -ends(step * rows as f64).0);
     let columns: Vec<(f64, f64)> = if reach_x < nearest {
         Vec::new()
     } else {
-        let last = ((reach_x + nearest) / cut_step).ceil() as i64;
+        let last = ((reach_x + farthest) / cut_step).ceil() as i64;
         // e^(−37) of the bend is left out.
         (-(37.0 * bend / cut_step) as i64..=last)
             .map(|column| {
@@ -188,14 +196,11 @@ fn trapezoid(
             })
             .collect()
     };
-    let rows = (REACH * gaussian.sigma_y / step).ceil() as i64;
     let symmetric = gaussian.xy == 0.0;
     for row in if symmetric { 0 } else { -rows }..=rows {
         let y = step * row as f64;
         let row_weight = step * if symmetric && row > 0 { 2.0 } else { 1.0 };
-        let sin_psi = y * cosine;
-        let right = (sine + ((1.0 - sin_psi) * (1.0 + sin_psi)).max(0.0).sqrt()) / cosine;
-        let left = (y * y - 1.0) / right;
+        let (left, right) = ends(y);
         let mut visit = |x: f64, dx: f64, from_left: f64| {
             let exponent = gaussian.exponent(x, y);
             if exponent < REACH * REACH {

@@ -18,10 +18,11 @@ const fn series(first: usize) -> [f64; 9] {
     terms
 }
 
-/// sin 2πu and cos 2πu for u in [0, 1], to 2·10⁻¹⁶: in turns the quadrant is split off exactly, and the rest needs no table.
+/// sin 2πu and cos 2πu for u in [0, 1], to which u is clamped: in turns the quadrant is split off exactly, and the rest is a short series.
 #[inline]
 pub(super) fn sin_cos(u: f64) -> (f64, f64) {
-    // Truncation is a rounding here, u being positive; a cast of anything else saturates.
+    let u = u.clamp(0.0, 1.0);
+    // Truncation is a rounding here, u being positive.
     let quadrant = (4.0 * u + 0.5) as i32;
     let angle = (4.0 * u - f64::from(quadrant)) * FRAC_PI_2;
     let square = angle * angle;

@@ -230,31 +230,50 @@ fn flush<S: Simd>(
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
+
     use super::super::Variant;
     use super::*;
 
     /// The two planes of integration, which share no node, and the recurrence in its plain form.
     #[test]
     fn rows_of_elevation_and_the_plane_of_slopes_agree() {
+        let compare = |variant: Variant, sigma: f64, cosine: f64| {
+            let lobe = Ward::isotropic(variant, sigma).unwrap();
+            let view = (((1.0 - cosine) * (1.0 + cosine)).sqrt(), cosine);
+            let degree = if sigma < 0.05 { 256 } else { 48 };
+            let [mut a, mut b] = [(); 2].map(|()| LegendreSums::new(degree));
+            lobe.visit_elevations(view, &mut a);
+            lobe.visit_slopes(view, &mut b);
+            let (a, b) = (a.finish(), b.finish());
+            for (l, (x, y)) in a.iter().zip(&b).enumerate() {
+                assert!(
+                    (x - y).abs() < 3e-13 * b[0],
+                    "{variant} σ {sigma} c {cosine} l {l}: {x} {y}, off by {:e}",
+                    (x - y) / b[0]
+                );
+            }
+        };
         for variant in Variant::ALL {
-            for sigma in [0.005, 0.03, 0.079, 0.15, 0.3, 0.5, 1.0] {
-                let lobe = Ward::isotropic(variant, sigma).unwrap();
-                for cosine in [0.999f64, 0.9, 0.5, 0.17, 0.02, 1e-4] {
-                    let view = (((1.0 - cosine) * (1.0 + cosine)).sqrt(), cosine);
-                    let degree = if sigma < 0.01 { 256 } else { 48 };
-                    let [mut a, mut b] = [(); 2].map(|()| LegendreSums::new(degree));
-                    lobe.visit_elevations(view, &mut a);
-                    lobe.visit_slopes(view, &mut b);
-                    let (a, b) = (a.finish(), b.finish());
-                    for (l, (x, y)) in a.iter().zip(&b).enumerate() {
-                        assert!(
-                            (x - y).abs() < 3e-13 * b[0],
-                            "{variant} σ {sigma} c {cosine} l {l}: {x} {y}, off by {:e}",
-                            (x - y) / b[0]
-                        );
-                    }
+            for sigma in [0.005, 0.079, 0.3, 1.0] {
+                for cosine in [0.999, 0.5, 0.02, 1e-4] {
+                    compare(variant, sigma, cosine);
                 }
             }
+        }
+        // And where no table has them: the regimes of both rules change with σ and the view.
+        let mut rng = Pcg64::seed_from_u64(5);
+        for k in 0..300 {
+            let sigma = 0.005 * 200f64.powf(rng.random());
+            let cosine = 10f64.powf(-2.0 * rng.random::<f64>());
+            compare(Variant::ALL[k % 4], sigma, cosine);
+        }
+        // Where the horizon begins to cut the lobe.
+        for k in 0..60 {
+            let sigma = 0.01 + 0.002 * f64::from(k);
+            let half = (slope::REACH * sigma * (1.0 + 0.002 * f64::from(k % 7))).atan();
+            compare(Variant::RadianceSampled, sigma, (2.0 * half).sin());
         }
     }
 
