@@ -315,7 +315,7 @@ fn error_figure() -> Chart {
 
 type Form = fn(Variant, f64, usize) -> lobes::Result<approximation::Approximation>;
 
-/// Green of six materials as Ngan, Durand and Matusik fitted them: name, (ρ_d, ρ_s, α) of Ward's lobe, (ρ_s, α) of Ward and Dür's.
+/// Green of six materials as Ngan, Durand and Matusik fitted them: name, `(ρ_d, ρ_s, α)` of Ward's lobe, `(ρ_s, α)` of Ward and Dür's.
 const PUBLISHED: [(&str, [f64; 3], [f64; 2]); 6] = [
     ("nickel", [0.0178, 0.154, 0.0432], [0.0828, 0.0424]),
     ("alum-bronze", [0.0586, 0.0274, 0.0357], [0.0189, 0.0374]),
@@ -375,7 +375,7 @@ fn published_table() -> String {
     page
 }
 
-/// How far the coefficients ρ̂_l of the paper's printed limit are from what they are: the mirror, of which B_lm = L_lm.
+/// How far the coefficients `ρ̂_l` of the paper's printed limit are from what they are: the mirror, of which `B_lm = L_lm`.
 fn mirror_table() -> String {
     let mut page = String::from(
         "| l | b_l at σ = 10⁻⁵ | Λ_l ρ̂_l if ρ̂_l = 1/Λ_l | if ρ̂_l = Λ_l, as printed |\n| --- | --- | --- | --- |\n",
@@ -390,7 +390,7 @@ fn mirror_table() -> String {
     page
 }
 
-/// The degree at which b_l falls to 1/e, against 1/σ and √(1/σ).
+/// The degree at which `b_l` falls to 1/e, against 1/σ and √(1/σ).
 fn width_table() -> String {
     let mut page =
         String::from("| σ | b_l falls to 1/e at l = | 1/σ | √(1/σ) |\n| --- | --- | --- | --- |\n");
