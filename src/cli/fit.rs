@@ -6,6 +6,7 @@ use comfy_table::{CellAlignment, Table, presets};
 
 use crate::cli::arguments::Fit;
 use crate::cli::output;
+use crate::reflectance::Ward;
 use crate::reflectance::fit::{self, Estimate, Measurement, Widths};
 use crate::report::{Axis, Chart, Mark, Series};
 use crate::{Error, Result};
@@ -15,6 +16,8 @@ const PLOTTED: usize = 2000;
 
 pub(super) fn run(options: &Fit) -> Result<()> {
     let widths = if options.anisotropic {
+        // Says so where the lobe has no second width.
+        Ward::anisotropic(options.lobe, 0.1, 0.2)?;
         Widths::Two
     } else {
         Widths::One
