@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lobes::classify::{GaussianEvidence, Modes, ReflectanceGrid, RingLayout, natural_spectrum};
+use lobes::classify::{GaussianEvidence, ReflectanceGrid, natural_spectrum};
+use lobes::features::{Modes, RingLayout, Unwrapped};
 use lobes::glam::DVec3;
 use lobes::harmonics::{Coefficients, evaluate};
 use lobes::reflectance::Variant;
@@ -51,7 +52,10 @@ fn modes_are_the_amplitudes_on_the_rings() {
             2.0 + polar.sin() * (0.7 * azimuth.cos() - 0.2 * azimuth.sin())
                 + polar.sin().powi(3) * 0.4 * (3.0 * azimuth).sin()
         });
-        let [modes] = Modes::of(&image, &layout, |rgb| [rgb[1]]).unwrap();
+        let [modes] = Modes::of(&Unwrapped::new(&image, &layout).unwrap(), &layout, |rgb| {
+            [rgb[1]]
+        })
+        .unwrap();
         for (r, polar) in layout.angles().iter().enumerate() {
             // Bilinear interpolation between pixels 1/128 apart: h²/8 of a second derivative of a few.
             let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-4, "{a} for {b}");
@@ -83,7 +87,10 @@ fn a_picture_through_the_operator_has_the_operators_modes() {
         evaluate(&light, direction.normalize()).unwrap()
     });
     let layout = RingLayout::new(Viewpoint::Orthographic, 10, 4).unwrap();
-    let [modes] = Modes::of(&image, &layout, |rgb| [rgb[0]]).unwrap();
+    let [modes] = Modes::of(&Unwrapped::new(&image, &layout).unwrap(), &layout, |rgb| {
+        [rgb[0]]
+    })
+    .unwrap();
     let mirror = Operator::new(
         LOBE,
         0.0,

@@ -238,3 +238,176 @@ fn a_folder_of_angular_maps_works() {
     );
     assert!(at.join("r/index.html").is_file());
 }
+
+/// Three small maps in a folder, and the arguments that make `classify` learn from them and keep nothing elsewhere.
+fn classify(at: &Path, arguments: &[&str]) -> Output {
+    let maps = at.join("maps");
+    if !maps.is_dir() {
+        std::fs::create_dir(&maps).unwrap();
+        for (name, rgbe) in [
+            ("a", [90, 120, 160, 129]),
+            ("b", [160, 90, 70, 130]),
+            ("c", [100, 140, 60, 128]),
+        ] {
+            std::fs::write(maps.join(format!("{name}.hdr")), hdr(64, 32, rgbe)).unwrap();
+        }
+    }
+    let mut all = vec!["classify", "--illuminations", "maps", "--turns", "1"];
+    all.extend(arguments);
+    Command::new(env!("CARGO_BIN_EXE_lobes"))
+        .args(all)
+        .current_dir(at)
+        .env("XDG_CACHE_HOME", at.join("cache"))
+        .output()
+        .expect("the command runs")
+}
+
+/// Spheres that `render` makes are read back: by their transparency, by the circle, and found; with colour and without.
+#[test]
+fn classify_reads_rendered_spheres() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // Makes the maps.
+    assert!(!classify(at, &["none.png"]).status.success());
+    for material in ["chrome metal", "brown satin plastic"] {
+        let output = lobes(
+            &[
+                "render",
+                "--light",
+                "maps/a.hdr",
+                "--material",
+                material,
+                "--size",
+                "96",
+            ],
+            at,
+        );
+        assert!(output.status.success());
+    }
+    let output = classify(at, &["spheres", "--json", "--report"]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let lines: Vec<serde_json::Value> = said
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(lines.len(), 4, "two materials as PNG and as EXR: {said}");
+    for line in &lines {
+        let file = line["file"].as_str().unwrap();
+        let named = line["probabilities"].as_object().unwrap().values();
+        let total: f64 = named.map(|p| p.as_f64().unwrap()).sum();
+        assert!((total + line["none"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+        let (low, high) = (&line["sigma"]["low"], &line["sigma"]["high"]);
+        assert!(low.as_f64() < high.as_f64());
+        let radius = line["circle"][2].as_f64().unwrap();
+        assert!((radius - 48.0).abs() < 2.0, "{file}: {}", line["circle"]);
+        assert_eq!(
+            line["found"],
+            file.ends_with(".exr"),
+            "a PNG is transparent"
+        );
+    }
+    let page = std::fs::read_to_string(at.join("classified/index.html")).unwrap();
+    for source in page.split("src=\"").skip(1) {
+        let path = source.split('"').next().unwrap();
+        assert!(
+            at.join("classified").join(path).is_file(),
+            "{path} is missing"
+        );
+    }
+    // What was learned is kept, and gives the same answer.
+    assert!(std::fs::read_dir(at.join("cache/lobes")).unwrap().count() >= 2);
+    let again = classify(at, &["spheres", "--json"]);
+    assert_eq!(String::from_utf8_lossy(&again.stdout), said);
+    // A circle by hand.
+    let output = classify(at, &["spheres/chrome-metal.exr", "--circle", "48,48,47.5"]);
+    assert!(output.status.success());
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("chrome") && !said.contains("found"), "{said}");
+}
+
+/// A picture that cannot be read is reported, the others are done, and the exit code says so.
+#[test]
+fn classify_says_what_is_wrong_and_does_the_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    assert!(!classify(at, &["none.png"]).status.success());
+    let png = |name: &str, pixel: &dyn Fn(usize, usize) -> [f64; 3]| {
+        let bytes = lobes::report::encode_png(96, 96, 1.0, |y, x| Some(pixel(x, y))).unwrap();
+        std::fs::write(at.join(name), bytes).unwrap();
+    };
+    let ball = |x: usize, y: usize| {
+        let (u, v) = ((x as f64 - 47.5) / 36.0, (y as f64 - 47.5) / 36.0);
+        let square = u * u + v * v;
+        if square < 1.0 {
+            [0.05 + 0.6 * ((1.0 - square).sqrt() - v).max(0.0) * 0.5; 3]
+        } else {
+            [0.9; 3]
+        }
+    };
+    std::fs::create_dir(at.join("pictures")).unwrap();
+    png("pictures/1.png", &ball);
+    let whole = std::fs::read(at.join("pictures/1.png")).unwrap();
+    std::fs::write(at.join("pictures/2.png"), &whole[..whole.len() / 2]).unwrap();
+    std::fs::write(at.join("pictures/3.jpg"), b"\xff\xd8\xff nonsense").unwrap();
+    std::fs::write(at.join("pictures/4.exr"), b"neither").unwrap();
+    png("pictures/5.png", &|x, y| ball(x, y).map(|v| 0.9 * v));
+    let output = classify(at, &["pictures"]);
+    assert!(!output.status.success());
+    let (said, message) = (
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr),
+    );
+    assert_eq!(said.lines().count(), 2, "{said}");
+    assert!(said.contains("1.png") && said.contains("5.png") && said.contains("without colour"));
+    for word in ["2.png", "3.jpg", "4.exr", "3 of 5"] {
+        assert!(message.contains(word), "no {word} in {message}");
+    }
+    let output = classify(at, &["pictures", "--json"]);
+    let lines = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(lines.lines().count(), 5);
+    assert_eq!(lines.matches("\"error\"").count(), 3);
+
+    // One picture and one sentence each.
+    png("flat.png", &|_, _| [0.4; 3]);
+    png("white.png", &|_, _| [1.0; 3]);
+    png("black.png", &|_, _| [0.0; 3]);
+    for (arguments, words) in [
+        (vec!["flat.png"], vec!["flat.png", "no sphere", "--circle"]),
+        (
+            vec!["white.png", "--circle", "48,48,40"],
+            vec!["white.png", "saturated"],
+        ),
+        (
+            vec!["black.png", "--circle", "48,48,40"],
+            vec!["black.png", "black"],
+        ),
+        (
+            vec!["flat.png", "--circle", "48,48,60"],
+            vec!["flat.png", "leaves the picture"],
+        ),
+        (
+            vec!["flat.png", "--circle", "48,48,3"],
+            vec!["flat.png", "too small"],
+        ),
+        (vec!["none.png"], vec!["none.png", "cannot be read"]),
+        (vec!["maps", "--materials", "none.toml"], vec!["none.toml"]),
+    ] {
+        let output = classify(at, &arguments);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success(), "{arguments:?}");
+        for word in words {
+            assert!(
+                message.contains(word),
+                "{arguments:?}: no {word:?} in {message}"
+            );
+        }
+    }
+    std::fs::create_dir(at.join("empty")).unwrap();
+    let output = classify(at, &["empty"]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("holds no picture"));
+}

@@ -33,10 +33,14 @@ pub struct Confusion {
 /// What came of naming every observation once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
-    /// The label given to each observation.
+    /// The observations that were named, in order.
+    pub observations: Vec<usize>,
+    /// The label given to each.
     pub said: Vec<usize>,
     /// The true labels.
     pub truth: Vec<usize>,
+    /// The classifier's scores of every label.
+    pub scores: Vec<Vec<f64>>,
     /// The number of labels.
     pub labels: usize,
 }
@@ -57,6 +61,15 @@ impl Evaluation {
         self.correct() as f64 / self.total().max(1) as f64
     }
 
+    /// How many were given their own label or another of its class, `classes[label]`.
+    ///
+    /// Materials whose pictures differ by the exposure only are one class to whoever does not know it.
+    pub fn correct_up_to(&self, classes: &[usize]) -> usize {
+        let class = |label: usize| classes.get(label).copied().unwrap_or(label);
+        let pairs = self.truth.iter().zip(&self.said);
+        pairs.filter(|(t, s)| class(**t) == class(**s)).count()
+    }
+
     /// Wilson's 95 % interval of [`Self::accuracy`].
     pub fn interval(&self) -> (f64, f64) {
         wilson(self.correct(), self.total(), 0.95)
@@ -69,8 +82,8 @@ impl Evaluation {
             .zip(&self.said)
             .enumerate()
             .filter(|(_, (truth, said))| truth != said)
-            .map(|(observation, (&truth, &said))| Confusion {
-                observation,
+            .map(|(i, (&truth, &said))| Confusion {
+                observation: self.observations[i],
                 truth,
                 said,
             })
@@ -105,7 +118,30 @@ pub fn leave_one_illumination_out(
     label_count: usize,
     parallelism: Parallelism,
 ) -> Result<Evaluation> {
+    let all: Vec<usize> = (0..labels.len()).collect();
+    judge_leaving_one_out(classifier, labels, groups, &all, label_count, parallelism)
+}
+
+/// [`leave_one_illumination_out`] that names the observations `judged` only; the others are there to learn from.
+///
+/// # Errors
+/// As there, and [`crate::Error::Domain`] for an observation to judge that there is not.
+pub fn judge_leaving_one_out(
+    classifier: &dyn Classifier,
+    labels: &[usize],
+    groups: &[usize],
+    judged: &[usize],
+    label_count: usize,
+    parallelism: Parallelism,
+) -> Result<Evaluation> {
     crate::error::check_length("the list of groups", labels.len(), groups.len())?;
+    if let Some(&beyond) = judged.iter().find(|&&i| i >= labels.len()) {
+        return Err(crate::Error::Domain {
+            what: "an observation to judge",
+            value: beyond as f64,
+            allowed: "below the number of observations",
+        });
+    }
     let mut distinct = groups.to_vec();
     distinct.sort_unstable();
     distinct.dedup();
@@ -116,24 +152,27 @@ pub fn leave_one_illumination_out(
         )));
     }
     let folds = parallelism.map(distinct.len(), |fold| {
-        let (test, training): (Vec<usize>, Vec<usize>) =
-            (0..labels.len()).partition(|&i| groups[i] == distinct[fold]);
+        let test: Vec<usize> = (judged.iter().copied())
+            .filter(|&i| groups[i] == distinct[fold])
+            .collect();
+        let training: Vec<usize> = (0..labels.len())
+            .filter(|&i| groups[i] != distinct[fold])
+            .collect();
         let scores = classifier.score(&training, &test)?;
-        Ok(test
-            .into_iter()
-            .zip(scores)
-            .map(|(i, scores)| (i, best(&scores)))
-            .collect::<Vec<_>>())
+        Ok(test.into_iter().zip(scores).collect::<Vec<_>>())
     });
-    let mut said = vec![0; labels.len()];
+    let mut of = vec![Vec::new(); labels.len()];
     for fold in folds {
-        for (i, label) in fold? {
-            said[i] = label;
+        for (i, scores) in fold? {
+            of[i] = scores;
         }
     }
+    let scores: Vec<Vec<f64>> = judged.iter().map(|&i| std::mem::take(&mut of[i])).collect();
     Ok(Evaluation {
-        said,
-        truth: labels.to_vec(),
+        observations: judged.to_vec(),
+        said: scores.iter().map(|scores| best(scores)).collect(),
+        truth: judged.iter().map(|&i| labels[i]).collect(),
+        scores,
         labels: label_count,
     })
 }

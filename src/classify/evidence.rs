@@ -2,8 +2,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::modes::{Modes, RingLayout};
 use crate::error::check_length;
+use crate::features::{Modes, RingLayout};
 use crate::reflection::Operator;
 use crate::{Error, Result};
 

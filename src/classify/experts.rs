@@ -4,12 +4,13 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::evaluate::Classifier;
 use super::evidence::{GaussianEvidence, log_sum_exp};
-use super::modes::{Modes, RingLayout};
 use super::protocol::Dataset;
+use super::reading::{Reader, Reading};
+use crate::features::{Modes, RingLayout};
 use crate::harmonics::average_power;
 use crate::illumination::{EnvironmentMap, Luminance};
 use crate::reflectance::{Material, Variant};
-use crate::reflection::{OperatorSet, SphereImage};
+use crate::reflection::OperatorSet;
 use crate::{Error, Parallelism, Result};
 
 /// How likely each material is for one picture of a data set, to whoever has seen some of the illuminations.
@@ -36,14 +37,16 @@ pub trait Expert: Sync {
 /// evidence, and no method tells them apart without the exposure. And a sun is no draw from a Gaussian field: one highlight
 /// sets the strength, the rest of the picture is then too smooth for it, and rougher and more diffuse materials than the true
 /// one are favoured.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct EvidenceExpert {
-    /// evidence[observation][material][illumination whose spectrum it is], channels added.
+    /// evidence[observation][material][illumination whose spectrum it is], channels added; empty where the picture was not
+    /// read for it.
     evidence: Vec<Vec<Vec<f64>>>,
 }
 
 impl EvidenceExpert {
-    /// The evidence of every picture of `dataset` for every one of `materials` under every spectrum of `spectra`.
+    /// The evidence of every picture of `dataset` that has a [`Reading::judged`] for every one of `materials` under every
+    /// spectrum of `spectra`. `layout` is that of the modes.
     ///
     /// `spectra[i]` is the average power B_l of the light of illumination i, to the degree of the operator or beyond.
     ///
@@ -54,7 +57,7 @@ impl EvidenceExpert {
         reason = "each is one thing that the evidence depends on"
     )]
     pub fn new(
-        dataset: &Dataset,
+        dataset: &Dataset<Reading>,
         materials: &[Material],
         variant: Variant,
         layout: &RingLayout,
@@ -63,14 +66,19 @@ impl EvidenceExpert {
         noise: f64,
         parallelism: Parallelism,
     ) -> Result<Self> {
+        // Light of a low degree has no higher orders.
+        let layout = &layout.with_orders_up_to(degree);
         let set = OperatorSet::new(variant, layout.viewpoint(), layout.angles(), degree)?;
-        let pictures = parallelism
-            .map(dataset.observations.len(), |i| {
-                Modes::of(&dataset.observations[i].image, layout, |rgb| rgb)
-            })
-            .into_iter()
-            .collect::<Result<Vec<[Modes; 3]>>>()?;
-        let mut evidence = vec![vec![vec![0.0; spectra.len()]; materials.len()]; pictures.len()];
+        let pictures: Vec<(usize, &[Modes; 3])> = dataset
+            .observations
+            .iter()
+            .enumerate()
+            .filter_map(|(i, o)| o.view.judged.as_ref().map(|judged| (i, &judged.modes)))
+            .collect();
+        let mut evidence = vec![Vec::new(); dataset.observations.len()];
+        for (i, _) in &pictures {
+            evidence[*i] = vec![vec![0.0; spectra.len()]; materials.len()];
+        }
         for (label, material) in materials.iter().enumerate() {
             let operator = set.at(material.roughness().sigma(), parallelism)?;
             let columns = parallelism.map(spectra.len(), |light| {
@@ -100,7 +108,7 @@ impl EvidenceExpert {
                         made = Some((share, factors));
                     }
                     if let Some((_, factors)) = &made {
-                        for (sum, picture) in sums.iter_mut().zip(&pictures) {
+                        for (sum, (_, picture)) in sums.iter_mut().zip(&pictures) {
                             *sum += factors.of(&picture[channel]).log;
                         }
                     }
@@ -108,8 +116,8 @@ impl EvidenceExpert {
                 Ok(sums)
             });
             for (light, column) in columns.into_iter().enumerate() {
-                for (picture, value) in column?.into_iter().enumerate() {
-                    evidence[picture][label][light] = value;
+                for ((picture, _), value) in pictures.iter().zip(column?) {
+                    evidence[*picture][label][light] = value;
                 }
             }
         }
@@ -160,17 +168,16 @@ pub fn light_spectrum(
     Ok(average_power(&luminance))
 }
 
-/// A zero-mean Gaussian of the rings' amplitudes of log radiance, one per material and order, learned from spheres that
+/// A Student t of the rings' amplitudes of log radiance about zero, one per material, learned from spheres that
 /// were rendered under the illuminations seen.
 ///
-/// Radiance is far from Gaussian, its logarithm is near (Dror, Willsky and Adelson 2004, doi:10.1167/4.9.11). Across rings
-/// the amplitudes are projected on the first cosines, which are smooth; covariances are shrunk towards their diagonal.
-/// The mean over the picture is left out, and with it the exposure.
+/// Radiance is far from Gaussian, its logarithm is near (Dror, Willsky and Adelson 2004, doi:10.1167/4.9.11). Per order the amplitudes
+/// over the first cosines across the rings are Gaussian with a covariance that is learned and shrunk to its diagonal, and light
+/// differs in contrast: one unknown factor on all variances of a picture, with a scaled inverse χ² prior of [`DEGREES_OF_FREEDOM`],
+/// integrates out to a Student t. The mean over the picture is left out, and with it the exposure.
 #[derive(Debug)]
 pub struct LogRadianceExpert {
     labels: usize,
-    orders: usize,
-    functions: usize,
     noise: f64,
     /// moments[illumination][material][order]: the sum of y yᵀ.
     moments: Vec<Vec<Vec<DMatrix<f64>>>>,
@@ -183,61 +190,33 @@ pub struct LogRadianceExpert {
 /// How far covariances are drawn to their diagonal.
 const SHRINKAGE: f64 = 0.1;
 
-/// The log of radiance is taken of no less than this share of the picture's mean.
-const FLOOR: f64 = 1e-3;
+/// The degrees of freedom of the unknown contrast: a factor of 1.15 either way.
+const DEGREES_OF_FREEDOM: f64 = 50.0;
 
 impl LogRadianceExpert {
-    /// Reads the pictures to be judged from `dataset` and those to learn from from `training`, which has the same
-    /// materials and illuminations, usually each seen from all round. `noise` is what pixels and interpolation add to each
+    /// Reads the pictures of a data set; all of those seen are learned from. `noise` is what pixels and interpolation add to each
     /// amplitude of log radiance; it keeps matte spheres, whose high orders are nothing else, from deciding by it.
-    ///
-    /// # Errors
-    /// Data sets that differ in their materials or illuminations; pictures too small.
-    pub fn new(
-        dataset: &Dataset,
-        training: &Dataset,
-        layout: &RingLayout,
-        functions: usize,
-        noise: f64,
-        parallelism: Parallelism,
-    ) -> Result<Self> {
-        if dataset.materials != training.materials
-            || dataset.illuminations != training.illuminations
-        {
-            return Err(Error::Unanswerable(
-                "the data set to learn from has other materials or illuminations than the one to judge".into(),
-            ));
-        }
-        let basis = cosine_basis(layout.angles().len(), functions);
-        let read = |data: &Dataset| {
-            parallelism
-                .map(data.observations.len(), |i| {
-                    log_amplitudes(&data.observations[i].image, layout, &basis)
-                })
-                .into_iter()
-                .collect::<Result<Vec<_>>>()
-        };
-        let pictures = read(dataset)?;
+    pub fn new(dataset: &Dataset<Reading>, noise: f64) -> Self {
         let labels = dataset.materials.len();
-        let empty = vec![vec![DMatrix::zeros(functions, functions); layout.orders() + 1]; labels];
+        let size = Reader::FUNCTIONS;
+        let empty = vec![vec![DMatrix::zeros(size, size); Reader::LOG_ORDERS + 1]; labels];
         let mut moments = vec![empty; dataset.illuminations.len()];
         let mut counts = vec![0.0; dataset.illuminations.len()];
-        for (observation, picture) in training.observations.iter().zip(read(training)?) {
+        for observation in &dataset.observations {
             let sums = &mut moments[observation.illumination][observation.material];
-            for (sum, y) in sums.iter_mut().zip(&picture) {
+            for (sum, y) in sums.iter_mut().zip(&observation.view.log_amplitudes) {
                 *sum += y * y.transpose();
             }
             counts[observation.illumination] += 2.0 / labels as f64;
         }
-        Ok(Self {
+        let views = dataset.observations.iter();
+        Self {
             labels,
-            orders: layout.orders(),
-            functions,
             noise,
             moments,
             counts,
-            pictures,
-        })
+            pictures: views.map(|o| o.view.log_amplitudes.clone()).collect(),
+        }
     }
 }
 
@@ -247,32 +226,29 @@ impl Expert for LogRadianceExpert {
     }
 
     fn judge(&self, seen: &[bool], observations: &[usize]) -> Result<Vec<Vec<f64>>> {
-        let count: f64 = self
-            .counts
-            .iter()
-            .zip(seen)
-            .filter(|(_, s)| **s)
-            .map(|(c, _)| c)
-            .sum();
+        let counts = self.counts.iter().zip(seen);
+        let count: f64 = counts.filter(|(_, s)| **s).map(|(c, _)| c).sum();
         if count == 0.0 {
             return Err(Error::Unanswerable(
                 "the log-radiance likelihood needs pictures to learn from".into(),
             ));
         }
+        let size = Reader::FUNCTIONS;
         let mut scores = vec![vec![0.0; self.labels]; observations.len()];
         for label in 0..self.labels {
-            for order in 0..=self.orders {
-                let mut covariance = DMatrix::zeros(self.functions, self.functions);
+            let mut squares = vec![0.0; observations.len()];
+            let (mut log_determinant, mut amplitudes) = (0.0, 0.0);
+            for order in 0..=Reader::LOG_ORDERS {
+                let mut covariance = DMatrix::zeros(size, size);
                 for (moments, seen) in self.moments.iter().zip(seen) {
                     if *seen {
                         covariance += &moments[label][order];
                     }
                 }
                 // Order 0 has no sine, and lost its mean: the first function is the constant.
-                let copies = if order == 0 { 0.5 } else { 1.0 };
-                covariance /= copies * count;
-                let first = usize::from(order == 0);
-                let size = self.functions - first;
+                let (copies, first) = if order == 0 { (1.0, 1) } else { (2.0, 0) };
+                covariance /= 0.5 * copies * count;
+                let size = size - first;
                 let mut covariance = covariance.view((first, first), (size, size)).into_owned();
                 let diagonal = covariance.diagonal();
                 covariance *= 1.0 - SHRINKAGE;
@@ -281,12 +257,18 @@ impl Expert for LogRadianceExpert {
                 }
                 let factor = cholesky(covariance)?;
                 let half_log: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
-                for (score, &i) in scores.iter_mut().zip(observations) {
+                log_determinant += copies * half_log;
+                amplitudes += copies * size as f64;
+                for (square, &i) in squares.iter_mut().zip(observations) {
                     let y = &self.pictures[i][order];
                     let mut y = y.view((first, 0), (size, y.ncols())).into_owned();
                     factor.l_dirty().solve_lower_triangular_mut(&mut y);
-                    score[label] -= 0.5 * y.norm_squared() + y.ncols() as f64 * half_log;
+                    *square += y.norm_squared();
                 }
+            }
+            for (score, square) in scores.iter_mut().zip(squares) {
+                let weight = 0.5 * (amplitudes + DEGREES_OF_FREEDOM);
+                score[label] = -weight * (square / DEGREES_OF_FREEDOM).ln_1p() - log_determinant;
             }
         }
         Ok(scores)
@@ -297,37 +279,6 @@ fn cholesky(matrix: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
     Cholesky::new(matrix).ok_or_else(|| {
         Error::Unanswerable("a covariance that was learned is not positive definite".into())
     })
-}
-
-/// The first cosines over the rings, orthonormal; column 0 is the constant.
-fn cosine_basis(rings: usize, functions: usize) -> DMatrix<f64> {
-    DMatrix::from_fn(rings, functions, |r, k| {
-        let norm = if k == 0 { 1.0 } else { 2.0 } / rings as f64;
-        let angle = std::f64::consts::PI * k as f64 * (r as f64 + 0.5) / rings as f64;
-        norm.sqrt() * angle.cos()
-    })
-}
-
-fn log_amplitudes(
-    image: &SphereImage,
-    layout: &RingLayout,
-    basis: &DMatrix<f64>,
-) -> Result<Vec<DMatrix<f64>>> {
-    let floor = FLOOR * Luminance::Rec709.of(image.mean());
-    if floor.is_nan() || floor <= 0.0 {
-        return Err(Error::Unanswerable("a picture of a sphere is black".into()));
-    }
-    let [modes] = Modes::of(image, layout, |rgb| {
-        [Luminance::Rec709.of(rgb).max(floor).ln()]
-    })?;
-    Ok((0..=layout.orders())
-        .map(|m| {
-            let rings = layout.angles().len();
-            let columns = if m == 0 { 1 } else { 2 };
-            let both = modes.cosine(m).iter().chain(modes.sine(m)).copied();
-            basis.tr_mul(&DMatrix::from_iterator(rings, columns, both))
-        })
-        .collect())
 }
 
 /// A Gaussian of the logarithms of a picture's mean colour, one mean per material and one covariance.
@@ -341,9 +292,9 @@ pub struct ColourExpert {
 
 impl ColourExpert {
     /// With the brightness, which needs a known exposure, or with the colour alone.
-    pub fn new(dataset: &Dataset, with_brightness: bool) -> Self {
+    pub fn new(dataset: &Dataset<Reading>, with_brightness: bool) -> Self {
         let colours = dataset.observations.iter().map(|observation| {
-            let [r, g, b] = observation.image.mean().map(|value| value.max(1e-12).ln());
+            let [r, g, b] = observation.view.mean.map(|value| value.max(1e-12).ln());
             if with_brightness {
                 DVector::from_vec(vec![r - g, b - g, g])
             } else {
@@ -412,12 +363,13 @@ impl Expert for ColourExpert {
 /// Experts weighed: ln p(material) = Σ_e w_e ln p_e(material) + constant, with the weights (inverse temperatures, for each
 /// expert is too sure of itself) chosen inside the training fold.
 ///
-/// For each illumination of the training fold the experts judge its pictures from the others, and the weights w ≥ 0
+/// For each illumination of the training fold the experts judge its pictures of turn 0 from the others, and the weights w ≥ 0
 /// make those labels likeliest, under an exponential prior that keeps them finite when all are named right.
 pub struct Stack<'a> {
     experts: Vec<&'a dyn Expert>,
     labels: Vec<usize>,
     groups: Vec<usize>,
+    judged: Vec<bool>,
     illuminations: usize,
 }
 
@@ -426,9 +378,10 @@ const WEIGHT_COST: f64 = 1.0;
 
 impl<'a> Stack<'a> {
     /// A stack over the observations of `dataset`, for which the experts were made.
-    pub fn new(dataset: &Dataset, experts: Vec<&'a dyn Expert>) -> Self {
+    pub fn new<T>(dataset: &Dataset<T>, experts: Vec<&'a dyn Expert>) -> Self {
         Self {
             experts,
+            judged: dataset.observations.iter().map(|o| o.turn == 0).collect(),
             labels: dataset.labels(),
             groups: dataset.groups(),
             illuminations: dataset.illuminations.len(),
@@ -477,7 +430,7 @@ impl<'a> Stack<'a> {
             let held: Vec<usize> = training
                 .iter()
                 .copied()
-                .filter(|&i| self.groups[i] == left_out)
+                .filter(|&i| self.groups[i] == left_out && self.judged[i])
                 .collect();
             for (all, these) in judged.iter_mut().zip(self.judge(&inner, &held)?) {
                 all.extend(these);

@@ -1,6 +1,6 @@
-//! Intervals for proportions.
+//! Intervals for proportions, and whether two classifiers differ.
 
-use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, Normal};
 
 /// Wilson's interval for a proportion: `successes` of `trials` at the two-sided `level`.
 ///
@@ -31,9 +31,44 @@ pub fn wilson(successes: usize, trials: usize, level: f64) -> (f64, f64) {
     )
 }
 
+/// McNemar's exact test: the probability, were two classifiers equally good, that their disagreement is at least as lopsided.
+///
+/// `first` pictures were named right by the first alone and `second` by the second alone; those on which they agree say nothing. Two-sided:
+/// twice the tail of a binomial of ½, no more than 1 (McNemar 1947, doi:10.1007/BF02295996).
+///
+/// ```
+/// use lobes::classify::mcnemar;
+/// assert_eq!(mcnemar(0, 0), 1.0);
+/// assert!((mcnemar(0, 6) - 2.0 / 64.0).abs() < 1e-14);
+/// ```
+pub fn mcnemar(first: usize, second: usize) -> f64 {
+    let fewer = first.min(second) as u64;
+    match Binomial::new(0.5, (first + second) as u64) {
+        Ok(binomial) if first + second > 0 => (2.0 * binomial.cdf(fewer)).min(1.0),
+        _ => 1.0,
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::wilson;
+    use super::{mcnemar, wilson};
+
+    /// Against SciPy 1.17.1, `binomtest(min(b, c), b + c).pvalue`.
+    #[test]
+    fn mcnemar_agrees_with_scipy() {
+        for (first, second, p) in [
+            (1, 9, 0.021_484_375),
+            (3, 14, 0.012_725_830_078_125),
+            (8, 8, 1.0),
+            (20, 41, 0.009_853_448_195_259_268),
+        ] {
+            assert!(
+                (mcnemar(first, second) - p).abs() < 1e-12,
+                "{first} {second}"
+            );
+            assert_eq!(mcnemar(first, second), mcnemar(second, first));
+        }
+    }
 
     /// Against statsmodels 0.14.4, `proportion_confint(k, n, 0.05, method="wilson")`.
     #[test]

@@ -6,22 +6,37 @@
     reason = "the formulas are plain text, with subscripts"
 )]
 
+mod continuous;
+mod discriminant;
 mod evaluate;
 mod evidence;
 mod experts;
+mod harness;
 mod interval;
-mod modes;
+mod model;
 mod nearest;
+#[cfg(feature = "files")]
+mod photograph;
 mod posterior;
 mod protocol;
-mod turned;
+mod reading;
 
-pub use evaluate::{Classifier, Confusion, Evaluation, leave_one_illumination_out};
+pub use continuous::{
+    Calibration, LearnedPosterior, PosteriorModel, RandomReflectances, Reflectance, Sample,
+    collect_random,
+};
+pub use discriminant::{Discriminant, LinearScores};
+pub use evaluate::{
+    Classifier, Confusion, Evaluation, judge_leaving_one_out, leave_one_illumination_out,
+};
 pub use evidence::{Evidence, GaussianEvidence, natural_spectrum};
 pub use experts::{ColourExpert, EvidenceExpert, Expert, LogRadianceExpert, Stack, light_spectrum};
-pub use interval::wilson;
-pub use modes::{Modes, RingLayout};
+pub use harness::{Harness, Method};
+pub use interval::{mcnemar, wilson};
+pub use model::{Development, Model, Training, TrainingPlan, Verdict};
 pub use nearest::{NearestNeighbour, Scaling};
+#[cfg(feature = "files")]
+pub use photograph::Photograph;
 pub use posterior::{Posterior, ReflectanceGrid};
-pub use protocol::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, paper_dataset};
-pub use turned::turned_dataset;
+pub use protocol::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, Plan, Protocol, View, collect};
+pub use reading::{JudgedReading, LogReader, Reader, Reading};

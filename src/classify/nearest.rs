@@ -86,7 +86,7 @@ const DEGREE_FEATURE: usize = 6;
 #[derive(Debug, Clone)]
 pub struct NearestNeighbour {
     scaling: Scaling,
-    features: Vec<[f64; 10]>,
+    features: Vec<Vec<f64>>,
     labels: Vec<usize>,
     label_count: usize,
 }
@@ -114,7 +114,7 @@ impl NearestNeighbour {
             });
         }
         crate::error::check_finite("the list of features", features.as_flattened())?;
-        let mut features = features.to_vec();
+        let mut features: Vec<Vec<f64>> = features.iter().map(|f| f.to_vec()).collect();
         if scaling.logarithmic() {
             for features in &mut features {
                 for (i, x) in features.iter_mut().enumerate() {
@@ -138,14 +138,57 @@ impl NearestNeighbour {
         })
     }
 
+    /// Over the observations with these vectors of features, any number of them, each divided by its standard deviation over
+    /// the training observations.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and [`Error::Length`] where the vectors differ in length.
+    pub fn standardised(
+        features: Vec<Vec<f64>>,
+        labels: &[usize],
+        label_count: usize,
+    ) -> Result<Self> {
+        Ok(Self {
+            scaling: Scaling::Standardised,
+            ..Self::plain(features, labels, label_count)?
+        })
+    }
+
+    /// Over the observations with these vectors of features, any number of them, taken as they are.
+    ///
+    /// # Errors
+    /// As [`Self::standardised`].
+    pub fn plain(features: Vec<Vec<f64>>, labels: &[usize], label_count: usize) -> Result<Self> {
+        crate::error::check_length("the list of labels", features.len(), labels.len())?;
+        let size = features.first().map_or(0, Vec::len);
+        for features in &features {
+            crate::error::check_length("the features of an observation", size, features.len())?;
+            crate::error::check_finite("the list of features", features)?;
+        }
+        if let Some(&label) = labels.iter().find(|&&label| label >= label_count) {
+            return Err(Error::Domain {
+                what: "a label",
+                value: label as f64,
+                allowed: "below the number of labels",
+            });
+        }
+        Ok(Self {
+            scaling: Scaling::None,
+            features,
+            labels: labels.to_vec(),
+            label_count,
+        })
+    }
+
     /// One over the standard deviation of each feature over the training observations; 0 for a
     /// feature that does not vary.
-    fn scales(&self, training: &[usize]) -> [f64; 10] {
+    fn scales(&self, training: &[usize]) -> Vec<f64> {
+        let size = self.features.first().map_or(0, Vec::len);
         if !self.scaling.standardised() {
-            return [1.0; 10];
+            return vec![1.0; size];
         }
         let n = training.len() as f64;
-        std::array::from_fn(|i| {
+        let scale = |i: usize| {
             let mean = training.iter().map(|&j| self.features[j][i]).sum::<f64>() / n;
             let variance = training
                 .iter()
@@ -158,7 +201,8 @@ impl NearestNeighbour {
             } else {
                 variance.sqrt().recip()
             }
-        })
+        };
+        (0..size).map(scale).collect()
     }
 }
 
@@ -172,7 +216,7 @@ impl Classifier for NearestNeighbour {
         let scores = test.iter().map(|&i| {
             let mut scores = vec![f64::NEG_INFINITY; self.label_count];
             for &j in training {
-                let squared: f64 = (0..10)
+                let squared: f64 = (0..scales.len())
                     .map(|k| ((self.features[i][k] - self.features[j][k]) * scales[k]).powi(2))
                     .sum();
                 let score = &mut scores[self.labels[j]];

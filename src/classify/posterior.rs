@@ -1,7 +1,7 @@
 //! The posterior over reflectances: how specular, how rough.
 
 use super::evidence::{GaussianEvidence, log_sum_exp};
-use super::modes::{Modes, RingLayout};
+use crate::features::{Modes, RingLayout};
 use crate::reflectance::Variant;
 use crate::reflection::OperatorSet;
 use crate::{Error, Parallelism, Result};
@@ -107,7 +107,7 @@ impl ReflectanceGrid {
                 allowed: "above 0 and at most 1",
             });
         }
-        let mut log: Vec<f64> = self
+        let log = self
             .factors
             .chunks(self.spectra)
             .map(|factors| {
@@ -115,17 +115,7 @@ impl ReflectanceGrid {
                 log_sum_exp(values.iter().copied())
             })
             .collect();
-        // Each point stands for its cell: the grid need not be even.
-        for (i, value) in log.iter_mut().enumerate() {
-            *value += cell(&self.shares, i % self.shares.len(), |x| x).ln();
-            *value += cell(&self.sigmas, i / self.shares.len(), |x| (x + 1e-3).ln()).ln();
-        }
-        let total = log_sum_exp(log.iter().copied());
-        Ok(Posterior {
-            shares: self.shares.clone(),
-            sigmas: self.sigmas.clone(),
-            probabilities: log.into_iter().map(|value| (value - total).exp()).collect(),
-        })
+        Ok(Posterior::of_likelihoods(&self.shares, &self.sigmas, log))
     }
 }
 
@@ -144,6 +134,22 @@ pub struct Posterior {
 }
 
 impl Posterior {
+    /// From the ln-likelihood of each point, row by row, one row a roughness, under a prior that is uniform in the share and in ln σ.
+    ///
+    /// Each point stands for its cell: the grid need not be even.
+    pub(super) fn of_likelihoods(shares: &[f64], sigmas: &[f64], mut log: Vec<f64>) -> Self {
+        for (i, value) in log.iter_mut().enumerate() {
+            *value += cell(shares, i % shares.len(), |x| x).ln();
+            *value += cell(sigmas, i / shares.len(), |x| (x + 1e-3).ln()).ln();
+        }
+        let total = log_sum_exp(log.iter().copied());
+        Self {
+            shares: shares.to_vec(),
+            sigmas: sigmas.to_vec(),
+            probabilities: log.into_iter().map(|value| (value - total).exp()).collect(),
+        }
+    }
+
     /// The specular shares of the grid, rising.
     pub fn shares(&self) -> &[f64] {
         &self.shares
@@ -157,6 +163,24 @@ impl Posterior {
     /// The probability of each cell, row by row: one row a roughness, one column a share. They sum to 1.
     pub fn probabilities(&self) -> &[f64] {
         &self.probabilities
+    }
+
+    /// ln of the probability of the cell that (share, σ) lies in, over the cell's size in the share and ln σ.
+    pub(super) fn log_density(&self, share: f64, sigma: f64) -> f64 {
+        let nearest = |axis: &[f64], scale: &dyn Fn(f64) -> f64, value: f64| {
+            let distance = |i: &usize| (scale(axis[*i]) - scale(value)).abs();
+            let places = 0..axis.len();
+            places
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+                .unwrap_or(0)
+        };
+        let log = |x: f64| (x + 1e-3).ln();
+        let (i, j) = (
+            nearest(&self.shares, &|x| x, share),
+            nearest(&self.sigmas, &log, sigma),
+        );
+        let size = cell(&self.shares, i, |x| x) * cell(&self.sigmas, j, log);
+        (self.probabilities[j * self.shares.len() + i].max(1e-300) / size).ln()
     }
 
     /// The cell with the largest probability, as (share, σ).

@@ -1,37 +1,163 @@
-//! The data sets that classifiers are tried on.
+//! The protocols: which pictures a classifier is tried on, and what it is told of them.
+
+use std::f64::consts::TAU;
+use std::fmt;
+use std::str::FromStr;
 
 use glam::DVec3;
 
 use crate::illumination::{EnvironmentMap, Luminance};
 use crate::reflectance::{Material, Roughness, Variant};
-use crate::reflection::{Camera, Renderer, Rendering, Settings, SphereImage};
+use crate::reflection::{Camera, Renderer, Settings, SphereImage, Viewpoint};
 use crate::{Error, Parallelism, Result};
 
-/// One image with what is known of it.
+/// Which pictures a classifier is tried on, and what it is told of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Protocol {
+    /// Seen level by an orthographic camera, linear, and divided by the mean luminance of a white sphere in the same light.
+    Paper,
+    /// The pictures of [`Paper`](Self::Paper) without the white sphere: the exposure is unknown.
+    Blind,
+    /// Seen from 45° above the horizon, the exposure unknown.
+    Tilted,
+    /// Seen from 45° above by a camera at [`Self::PHOTOGRAPH_DISTANCE`] radii that sets its exposure, clips, has noise, and
+    /// writes a JPEG of 8 bits.
+    Photograph,
+    /// Random reflectances instead of named materials, seen as in [`Blind`](Self::Blind): σ and the specular share are read off.
+    Continuous,
+}
+
+impl Protocol {
+    /// Every protocol, in the order in which tables list them.
+    pub const ALL: [Self; 5] = [
+        Self::Paper,
+        Self::Blind,
+        Self::Tilted,
+        Self::Photograph,
+        Self::Continuous,
+    ];
+
+    /// How far the camera of [`Self::Photograph`] stands from the sphere's centre, in radii.
+    pub const PHOTOGRAPH_DISTANCE: f64 = 8.0;
+
+    /// The name that [`FromStr`] reads.
+    ///
+    /// ```
+    /// use lobes::classify::Protocol;
+    /// for protocol in Protocol::ALL {
+    ///     assert_eq!(protocol.name().parse::<Protocol>().unwrap(), protocol);
+    /// }
+    /// ```
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Blind => "blind",
+            Self::Tilted => "tilted",
+            Self::Photograph => "photograph",
+            Self::Continuous => "continuous",
+        }
+    }
+
+    /// Whether the exposure is known.
+    pub fn knows_exposure(self) -> bool {
+        self == Self::Paper
+    }
+
+    /// From where the spheres are seen.
+    pub fn view(self) -> View {
+        View {
+            elevation: match self {
+                Self::Paper | Self::Blind | Self::Continuous => 0.0,
+                Self::Tilted | Self::Photograph => TAU / 8.0,
+            },
+            viewpoint: match self {
+                Self::Photograph => Viewpoint::Perspective {
+                    distance: Self::PHOTOGRAPH_DISTANCE,
+                },
+                _ => Viewpoint::Orthographic,
+            },
+        }
+    }
+}
+
+/// From where spheres are seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// The camera's height above the horizon, radians.
+    pub elevation: f64,
+    /// How far it is.
+    pub viewpoint: Viewpoint,
+}
+
+impl View {
+    /// The camera at an azimuth about the vertical: 0 stands towards +z.
+    pub(super) fn camera(self, azimuth: f64) -> Result<Camera> {
+        if self.elevation.is_nan() || self.elevation.abs() >= TAU / 4.0 {
+            return Err(Error::Domain {
+                what: "the camera's elevation in radians",
+                value: self.elevation,
+                allowed: "between −π/2 and π/2, both excluded",
+            });
+        }
+        let (sin, cos) = self.elevation.sin_cos();
+        let towards = DVec3::new(azimuth.sin() * cos, sin, azimuth.cos() * cos);
+        match self.viewpoint {
+            Viewpoint::Orthographic => Camera::orthographic(towards, DVec3::Y),
+            Viewpoint::Perspective { distance } => Camera::perspective(towards, DVec3::Y, distance),
+        }
+    }
+}
+
+impl fmt::Display for Protocol {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Protocol {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|p| p.name() == name)
+            .ok_or_else(|| {
+                let names = Self::ALL.map(Self::name).join(", ");
+                Error::Unanswerable(format!(
+                    "there is no protocol {name:?}; the names are {names}"
+                ))
+            })
+    }
+}
+
+/// One image, or what was read off it, with what is known of it.
 #[derive(Debug, Clone)]
-pub struct Observation {
+pub struct Observation<T = SphereImage> {
     /// The index of its material.
     pub material: usize,
     /// The index of its illumination.
     pub illumination: usize,
-    /// The image.
-    pub image: SphereImage,
+    /// From which of the directions about the vertical it is seen; 0 is the one that is judged.
+    pub turn: usize,
+    /// The image, or what was read off it.
+    pub view: T,
 }
 
-/// Images of spheres with their materials and illuminations.
+/// Images of spheres, or what was read off them, with their materials and illuminations.
 #[derive(Debug, Clone)]
-pub struct Dataset {
+pub struct Dataset<T = SphereImage> {
     /// The materials' names.
     pub materials: Vec<String>,
     /// The illuminations' names.
     pub illuminations: Vec<String>,
-    /// The images: by illumination, then by material.
-    pub observations: Vec<Observation>,
+    /// The images: by illumination, then by turn, then by material.
+    pub observations: Vec<Observation<T>>,
     /// The largest error that the renderer reported, relative.
     pub render_error: f64,
 }
 
-impl Dataset {
+impl<T> Dataset<T> {
     /// The material of each observation.
     pub fn labels(&self) -> Vec<usize> {
         self.observations.iter().map(|o| o.material).collect()
@@ -42,24 +168,11 @@ impl Dataset {
         self.observations.iter().map(|o| o.illumination).collect()
     }
 
-    /// The data set of what was rendered under each illumination: its observations and their largest error.
-    pub(super) fn gather(
-        materials: &[Material],
-        illuminations: &[EnvironmentMap],
-        groups: Vec<Result<(Vec<Observation>, f64)>>,
-    ) -> Result<Self> {
-        let mut dataset = Self {
-            materials: materials.iter().map(|m| m.name().to_owned()).collect(),
-            illuminations: illuminations.iter().map(|i| i.name().to_owned()).collect(),
-            observations: Vec::new(),
-            render_error: 0.0,
-        };
-        for group in groups {
-            let (observations, error) = group?;
-            dataset.observations.extend(observations);
-            dataset.render_error = dataset.render_error.max(error);
-        }
-        Ok(dataset)
+    /// The observations of turn 0, which are judged. The others are there to learn from.
+    pub fn judged(&self) -> Vec<usize> {
+        (0..self.observations.len())
+            .filter(|&i| self.observations[i].turn == 0)
+            .collect()
     }
 }
 
@@ -70,85 +183,166 @@ impl Dataset {
 /// and is taken at its centre.
 pub const MIRROR_PIXEL_SAMPLES: usize = 6;
 
-/// The paper's data: each material under each illumination, seen level, linear, and divided by the
-/// mean luminance of a white sphere in the same light.
+/// How a data set is rendered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// The specular lobe.
+    pub lobe: Variant,
+    /// The size and the tolerance of the pictures.
+    pub settings: Settings,
+    /// From how many directions about the vertical each sphere is seen, evenly spaced, the first towards +z.
+    pub turns: usize,
+}
+
+/// Pictures of the same sphere that add up: a white diffuse one and a white specular one of each roughness.
+pub(super) struct Parts {
+    diffuse: SphereImage,
+    specular: Vec<(f64, SphereImage)>,
+    /// The mean luminance of the white sphere.
+    pub(super) white: f64,
+    pub(super) error: f64,
+}
+
+impl Parts {
+    /// The parts that spheres of roughnesses `sigmas` need.
+    pub(super) fn new(
+        renderer: &Renderer,
+        camera: &Camera,
+        sigmas: impl IntoIterator<Item = f64>,
+        lobe: Variant,
+        settings: &Settings,
+    ) -> Result<Self> {
+        let one = Parallelism::Sequential;
+        let white = renderer.render(&Material::white(), lobe, camera, settings, one)?;
+        let mut error = white.error;
+        let mut specular: Vec<(f64, SphereImage)> = Vec::new();
+        for sigma in sigmas {
+            if specular.iter().any(|(of, _)| *of == sigma) {
+                continue;
+            }
+            let mirror = sigma == 0.0;
+            // A lobe alone leaves parts of a picture so dark that a relative error cannot be met there; beside as much of a
+            // body it can.
+            let body = if mirror { 0.0 } else { 0.5 };
+            let material = Material::from_albedos("part", [body; 3], [1.0 - body; 3], sigma)?;
+            let settings = Settings {
+                pixel_samples: if mirror {
+                    settings.pixel_samples.max(MIRROR_PIXEL_SAMPLES)
+                } else {
+                    settings.pixel_samples
+                },
+                ..*settings
+            };
+            let part = renderer.render(&material, lobe, camera, &settings, one)?;
+            error = error.max(part.error);
+            let size = part.image.size();
+            let pixels = (0..size * size).map(|i| {
+                let at = |image: &SphereImage| image.get(i / size, i % size).unwrap_or_default();
+                let (both, white) = (at(&part.image), at(&white.image));
+                std::array::from_fn(|c| ((both[c] - body * white[c]) / (1.0 - body)).max(0.0))
+            });
+            let pixels = pixels.collect();
+            specular.push((sigma, SphereImage::new(*camera, size, pixels)?));
+        }
+        Ok(Self {
+            white: Luminance::Rec709.of(white.image.mean()),
+            diffuse: white.image,
+            specular,
+            error,
+        })
+    }
+
+    /// A sphere of albedos ρ_d and ρ_s whose roughness is one of the parts', its radiance times `scale`.
+    pub(super) fn sphere(
+        &self,
+        diffuse: [f64; 3],
+        specular: [f64; 3],
+        sigma: f64,
+        scale: f64,
+    ) -> Result<SphereImage> {
+        let gloss = self.specular.iter().find(|(of, _)| *of == sigma);
+        let size = self.diffuse.size();
+        let pixels = (0..size * size).map(|i| {
+            let at = |image: &SphereImage| image.get(i / size, i % size).unwrap_or_default();
+            let body = at(&self.diffuse);
+            let gloss = gloss.map_or([0.0; 3], |(_, image)| at(image));
+            std::array::from_fn(|c| scale * (diffuse[c] * body[c] + specular[c] * gloss[c]))
+        });
+        SphereImage::new(*self.diffuse.camera(), size, pixels.collect())
+    }
+}
+
+/// Renders each material under each illumination, gives each picture to `read`, and keeps what that gives.
 ///
-/// `done` is called after each illumination, from any thread.
+/// Only the pictures that are being worked on are in memory. Radiance is linear and over the mean luminance of a white sphere in
+/// the same light. `read` gets the picture and what is known of it, and is called from any thread; `done` is
+/// called after each illumination.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] without a material or an illumination, and what the renderer finds wrong.
-pub fn paper_dataset(
+/// [`Error::Unanswerable`] without a material, an illumination or a turn; what the renderer or `read` finds wrong.
+pub fn collect<T: Send>(
+    view: View,
     illuminations: &[EnvironmentMap],
     materials: &[Material],
-    variant: Variant,
-    settings: &Settings,
+    plan: &Plan,
     parallelism: Parallelism,
     done: &(dyn Fn() + Sync),
-) -> Result<Dataset> {
-    if illuminations.is_empty() || materials.is_empty() {
+    read: &(dyn Fn(&Observation<()>, &SphereImage) -> Result<T> + Sync),
+) -> Result<Dataset<T>> {
+    if illuminations.is_empty() || materials.is_empty() || plan.turns == 0 {
         return Err(Error::Unanswerable(
-            "a data set needs at least one illumination and one material".into(),
+            "a data set needs an illumination, a material and a turn, or more of each".into(),
         ));
     }
-    let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+    let cameras = (0..plan.turns)
+        .map(|turn| view.camera(TAU * turn as f64 / plan.turns as f64))
+        .collect::<Result<Vec<_>>>()?;
     let groups = parallelism.map(illuminations.len(), |illumination| {
         let renderer = Renderer::new(&illuminations[illumination], Parallelism::Sequential)?;
-        let render = |material: &Material, settings: &Settings| {
-            renderer.render(
-                material,
-                variant,
-                &camera,
-                settings,
-                Parallelism::Sequential,
-            )
-        };
-        let render = |material: &Material| match material.roughness() {
-            Roughness::Mirror if !material.is_matte() => {
-                let mirror = Settings {
-                    pixel_samples: settings.pixel_samples.max(MIRROR_PIXEL_SAMPLES),
-                    ..*settings
-                };
-                let part = |diffuse, specular| {
-                    Material::from_albedos(material.name(), diffuse, specular, 0.0)
-                };
-                let body = render(&part(material.diffuse(), [0.0; 3])?, settings)?;
-                let gloss = render(&part([0.0; 3], material.specular())?, &mirror)?;
-                Ok(Rendering {
-                    image: sum(&body.image, &gloss.image)?,
-                    error: body.error.max(gloss.error),
-                })
-            }
-            _ => render(material, settings),
-        };
-        let white = render(&Material::white())?;
-        let scale = 1.0 / Luminance::Rec709.of(white.image.mean());
-        let mut error = white.error;
-        let observations = materials
-            .iter()
-            .enumerate()
-            .map(|(material, parameters)| {
-                let rendering = render(parameters)?;
-                error = error.max(rendering.error);
-                Ok(Observation {
+        let mut observations = Vec::with_capacity(plan.turns * materials.len());
+        let mut error = 0.0f64;
+        for (turn, camera) in cameras.iter().enumerate() {
+            let shiny = materials.iter().filter(|material| !material.is_matte());
+            let sigmas = shiny.map(|material| material.roughness().sigma());
+            let parts = Parts::new(&renderer, camera, sigmas, plan.lobe, &plan.settings)?;
+            error = error.max(parts.error);
+            for (material, parameters) in materials.iter().enumerate() {
+                let image = parts.sphere(
+                    parameters.diffuse(),
+                    parameters.specular(),
+                    match parameters.roughness() {
+                        Roughness::Mirror => 0.0,
+                        Roughness::Rough(sigma) => sigma,
+                    },
+                    parts.white.recip(),
+                )?;
+                let observation = Observation {
                     material,
                     illumination,
-                    image: rendering.image.map(|rgb| rgb.map(|value| value * scale)),
-                })
-            })
-            .collect::<Result<Vec<_>>>()?;
+                    turn,
+                    view: (),
+                };
+                observations.push(Observation {
+                    view: read(&observation, &image)?,
+                    material,
+                    illumination,
+                    turn,
+                });
+            }
+        }
         done();
         Ok((observations, error))
     });
-    Dataset::gather(materials, illuminations, groups)
-}
-
-/// The sum of two images from one camera.
-fn sum(a: &SphereImage, b: &SphereImage) -> Result<SphereImage> {
-    let size = a.size();
-    let pixels = (0..size * size).map(|i| {
-        let at = |image: &SphereImage| image.get(i / size, i % size).unwrap_or_default();
-        let (a, b) = (at(a), at(b));
-        std::array::from_fn(|channel| a[channel] + b[channel])
-    });
-    SphereImage::new(*a.camera(), size, pixels.collect())
+    let mut dataset = Dataset {
+        materials: materials.iter().map(|m| m.name().to_owned()).collect(),
+        illuminations: illuminations.iter().map(|i| i.name().to_owned()).collect(),
+        observations: Vec::new(),
+        render_error: 0.0,
+    };
+    for group in groups {
+        let (observations, error): (Vec<Observation<T>>, f64) = group?;
+        dataset.observations.extend(observations);
+        dataset.render_error = dataset.render_error.max(error);
+    }
+    Ok(dataset)
 }

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::classify::{Method, Protocol};
+use crate::cli::photo::Circle;
 use crate::features::Continuation;
 use crate::reflectance::Variant;
 use crate::sphere::Mapping;
@@ -24,6 +26,8 @@ pub(super) struct Arguments {
 pub(super) enum Verb {
     /// The paper's figures and accuracy table, as a page, from maps of real light.
     Reproduce(Reproduce),
+    /// The material, and the reflectance, of the sphere in each picture.
+    Classify(Classify),
     /// Power spectra of light: the k / l^(2+η) fit, whiteness, and what clipping does.
     Spectrum(Spectrum),
     /// Spheres of one or all materials under a map, as PNG and EXR.
@@ -66,6 +70,22 @@ pub(super) struct Reproduce {
     /// The specular lobe: ward1992, duer, gmd or sampled; may be repeated.
     #[arg(long = "lobe", value_name = "NAME", default_value = "sampled")]
     pub(super) lobes: Vec<Variant>,
+    /// Which pictures the classifiers are tried on: paper, blind, tilted, photograph, continuous, or all; may be repeated
+    /// [default: paper and blind, which share their pictures].
+    #[arg(long = "protocol", value_name = "NAME", value_parser = protocol)]
+    pub(super) protocols: Vec<Protocols>,
+    /// Which classifiers are tried beyond the paper's, by name; may be repeated [default: all].
+    #[arg(long = "classifier", value_name = "NAME")]
+    pub(super) classifiers: Vec<Method>,
+    /// From how many directions about the vertical the spheres to learn from are seen; the paper's features learn from one.
+    #[arg(long, value_name = "N", default_value = "4")]
+    pub(super) turns: NonZeroUsize,
+    /// The seed of the sensor's noise and of the random reflectances.
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Write the table of protocols and classifiers into a Markdown file, between its two marks.
+    #[arg(long, value_name = "FILE")]
+    pub(super) write: Option<PathBuf>,
     /// What stands behind the sphere in the page's figures: mirror, half-turn or zero.
     #[arg(long, value_name = "NAME", default_value_t = Continuation::Mirror)]
     pub(super) continuation: Continuation,
@@ -159,4 +179,51 @@ pub(super) struct Fit {
     /// The plot of the residuals, as SVG.
     #[arg(long, value_name = "FILE", default_value = "fit.svg")]
     pub(super) plot: PathBuf,
+}
+
+/// What `--protocol` names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Protocols {
+    All,
+    One(Protocol),
+}
+
+fn protocol(name: &str) -> Result<Protocols, crate::Error> {
+    if name == "all" {
+        Ok(Protocols::All)
+    } else {
+        name.parse().map(Protocols::One)
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Classify {
+    /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG or JPEG; a folder stands for the pictures in it.
+    #[arg(required = true, value_name = "IMAGE")]
+    pub(super) images: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) materials: Materials,
+    #[command(flatten)]
+    pub(super) lights: Lights,
+    /// Where the sphere is, in pixels from the left and the top, and its radius; without it the mask (alpha) tells, or it is found.
+    #[arg(long, value_name = "X,Y,R")]
+    pub(super) circle: Option<Circle>,
+    /// A line of JSON for each picture.
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Draw each posterior, as a page.
+    #[arg(long)]
+    pub(super) report: bool,
+    /// Where the page goes, and the overlays that show where a sphere was found.
+    #[arg(long, value_name = "DIR", default_value = "classified")]
+    pub(super) out: PathBuf,
+    /// The specular lobe of the spheres to learn from.
+    #[arg(long, value_name = "NAME", default_value = "sampled")]
+    pub(super) lobe: Variant,
+    /// From how many directions about the vertical the spheres to learn from are seen.
+    #[arg(long, value_name = "N", default_value = "3")]
+    pub(super) turns: NonZeroUsize,
+    /// Learn anew, without the features that an earlier run kept.
+    #[arg(long)]
+    pub(super) fresh: bool,
 }

@@ -7,14 +7,17 @@
 
 mod accuracy;
 mod arguments;
+mod classify;
 mod fit;
 mod lights;
 mod materials;
 mod output;
+mod photo;
 mod progress;
 mod render;
 mod reproduce;
 mod spectrum;
+mod training;
 
 use std::process::ExitCode;
 
@@ -43,6 +46,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         .map_err(|error| crate::Error::Unanswerable(format!("no threads to work with: {error}")))?;
     pool.install(|| match &arguments.verb {
         Verb::Reproduce(options) => reproduce::run(options),
+        Verb::Classify(options) => classify::run(options),
         Verb::Spectrum(options) => spectrum::run(options),
         Verb::Render(options) => render::run(options),
         Verb::Fit(options) => fit::run(options),

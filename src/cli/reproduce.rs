@@ -1,22 +1,26 @@
 //! `lobes reproduce`: the paper's figures and table, from maps of real light.
 
+use std::path::Path;
+
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::json;
 
 use crate::classify::{
-    Dataset, Evaluation, NearestNeighbour, Scaling, leave_one_illumination_out, paper_dataset,
+    Calibration, Dataset, Evaluation, Harness, JudgedReading, LearnedPosterior, LogReader, Method,
+    NearestNeighbour, Observation, Plan, Protocol, RandomReflectances, Reader, Reading, Scaling,
+    collect_random, leave_one_illumination_out, mcnemar,
 };
-use crate::cli::arguments::Reproduce;
-use crate::cli::output::OutputFolder;
+use crate::cli::arguments::{Protocols, Reproduce};
+use crate::cli::output::{OutputFolder, write_file};
 use crate::cli::{lights, materials, progress, slug, spectrum};
-use crate::features::{Continuation, ImageSpectrum, PaperFeatures, TOP_DEGREE};
+use crate::features::{Continuation, PaperFeatures, TOP_DEGREE};
 use crate::files::{self, Precision, encode_exr};
 use crate::illumination::{EnvironmentMap, LightSpectrum, Luminance};
 use crate::reflectance::{Material, Variant};
 use crate::reflection::{Settings, SphereImage};
 use crate::report::{
-    AccuracyFile, AccuracyRow, Figure, NamedConfusion, Page, confusion_matrix, encode_png,
-    feature_plane, light_spectra,
+    AccuracyFile, AccuracyRow, Comparison, ContinuousRow, Figure, NamedConfusion, Page,
+    calibration, confusion_matrix, encode_png, feature_plane, light_spectra,
 };
 use crate::{Error, Parallelism, Result};
 
@@ -32,13 +36,6 @@ const PAPER: [(&str, f64, &str); 2] = [
     ("Dror et al., as the paper reports", 78.8, "–"),
 ];
 
-/// The continuations whose features have odd degrees.
-const CONTINUATIONS: [Continuation; 3] = [
-    Continuation::Mirror,
-    Continuation::HalfTurn,
-    Continuation::Zero,
-];
-
 /// One row with all that made it.
 struct Row {
     row: AccuracyRow,
@@ -47,13 +44,35 @@ struct Row {
     chosen: bool,
 }
 
+/// A picture that is judged, with what was read off it.
+struct Shown<'a> {
+    observation: &'a Observation<Reading>,
+    judged: &'a JudgedReading,
+}
+
+fn shown(data: &Dataset<Reading>) -> Vec<Shown<'_>> {
+    let observations = data.observations.iter();
+    observations
+        .filter_map(|observation| {
+            let judged = observation.view.judged.as_ref()?;
+            Some(Shown {
+                observation,
+                judged,
+            })
+        })
+        .collect()
+}
+
 pub(super) fn run(options: &Reproduce) -> Result<()> {
-    if !CONTINUATIONS.contains(&options.continuation) {
-        return Err(Error::Unanswerable(format!(
-            "the features need odd degrees, which the {} continuation does not have; use mirror, half-turn or zero",
-            options.continuation
-        )));
-    }
+    let continuation = Reader::CONTINUATIONS
+        .iter()
+        .position(|c| *c == options.continuation)
+        .ok_or_else(|| {
+            Error::Unanswerable(format!(
+                "the features need odd degrees, which the {} continuation does not have; use mirror, half-turn or zero",
+                options.continuation
+            ))
+        })?;
     let mut output = OutputFolder::open(&options.out)?;
     let materials = materials::load(&options.materials)?;
     let maps = lights::load(&options.lights)?;
@@ -63,51 +82,87 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
             maps[0].name()
         )));
     }
+    let (protocols, methods) = choices(options, &maps);
     let spectra = spectrum::analyse(&maps, LIGHT_DEGREE)?;
-    let settings = Settings {
-        size: options.size,
-        ..Settings::default()
+    let plan = Plan {
+        lobe: options.lobes[0],
+        settings: Settings {
+            size: options.size,
+            ..Settings::default()
+        },
+        turns: options.turns.get(),
     };
 
+    // The paper's own table.
     let mut rows = Vec::new();
-    let mut first: Option<(Dataset, Vec<PaperFeatures>)> = None;
+    let mut first: Option<Harness> = None;
     for &lobe in &options.lobes {
-        let bar = progress::bar(maps.len(), "spheres");
-        let data = paper_dataset(
-            &maps,
-            &materials,
+        let wide = first.is_none()
+            && protocols
+                .iter()
+                .any(|p| matches!(p, Protocol::Paper | Protocol::Blind));
+        let plan = Plan {
             lobe,
-            &settings,
-            Parallelism::Rayon,
-            &|| bar.inc(1),
-        )?;
-        bar.finish_and_clear();
-        for continuation in CONTINUATIONS {
-            let features = features(&data, continuation)?;
-            let chosen =
-                continuation == options.continuation && Some(&lobe) == options.lobes.first();
+            turns: if wide { plan.turns } else { 1 },
+            ..plan
+        };
+        let harness = render(Protocol::Paper, &maps, &materials, &plan, options.seed)?;
+        for (place, &behind) in Reader::CONTINUATIONS.iter().enumerate() {
+            let chosen = place == continuation && first.is_none();
             rows.extend(nearest_neighbour(
-                &data,
-                &features,
+                harness.dataset(),
+                place,
                 lobe,
-                continuation,
+                behind,
                 chosen,
             )?);
-            if chosen {
-                first = Some((data.clone(), features));
+        }
+        first.get_or_insert(harness);
+    }
+    let Some(mut paper) = first else {
+        return Err(Error::Unanswerable("name a lobe with --lobe".into()));
+    };
+    println!("{}", table(&rows));
+
+    // Every classifier under every protocol.
+    let mut beyond = Beyond::default();
+    for &protocol in &protocols {
+        match protocol {
+            Protocol::Continuous => beyond.add_continuous(&maps, &plan, options.seed)?,
+            Protocol::Paper => {
+                paper.prepare(&methods, &maps, &plan, Parallelism::Rayon)?;
+                beyond.add(&paper, &methods)?;
+            }
+            Protocol::Blind => {
+                paper.prepare(&methods, &maps, &plan, Parallelism::Rayon)?;
+                beyond.add(&paper.blind(), &methods)?;
+            }
+            _ => {
+                let mut harness = render(protocol, &maps, &materials, &plan, options.seed)?;
+                harness.prepare(&methods, &maps, &plan, Parallelism::Rayon)?;
+                beyond.add(&harness, &methods)?;
             }
         }
     }
-    let Some((data, features)) = first else {
-        return Err(Error::Unanswerable("name a lobe with --lobe".into()));
-    };
+    if !beyond.rows.is_empty() {
+        println!("\n{}", beyond.table());
+    }
+    if let Some(text) = beyond.continuous_sentence() {
+        println!("\n{text}");
+    }
 
+    let data = paper.dataset();
     let accuracy = AccuracyFile {
         lobes: env!("CARGO_PKG_VERSION").to_owned(),
-        settings: describe(options, &settings, &materials, &maps, &data),
-        rows: rows.iter().map(|row| row.row.clone()).collect(),
+        settings: describe(options, &plan, &materials, &maps, data),
+        rows: rows
+            .iter()
+            .chain(&beyond.rows)
+            .map(|row| row.row.clone())
+            .collect(),
+        comparisons: beyond.comparisons.clone(),
+        continuous: beyond.continuous.clone(),
     };
-    println!("{}", table(&rows));
     let mut json = serde_json::to_string_pretty(&accuracy)
         .map_err(|error| Error::Unanswerable(format!("the table has no JSON form: {error}")))?;
     json.push('\n');
@@ -115,56 +170,299 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
     let page = write_page(
         &mut output,
         options,
+        continuation,
         &rows,
+        &beyond,
         &maps,
         &spectra,
         &materials,
-        &data,
-        &features,
+        data,
     )?;
     output.add("index.html", page);
     output.commit()?;
+    if let Some(path) = &options.write {
+        write_between_marks(path, &beyond.markdown())?;
+        println!("wrote the table into {}", path.display());
+    }
     println!("wrote {}", options.out.join("index.html").display());
     Ok(())
 }
 
-/// The features of every image.
-fn features(data: &Dataset, continuation: Continuation) -> Result<Vec<PaperFeatures>> {
-    let plan = ImageSpectrum::new(TOP_DEGREE, continuation)?;
-    let all = Parallelism::Rayon.map(data.observations.len(), |i| {
-        PaperFeatures::of_image(&plan, &data.observations[i].image)
+/// The protocols and classifiers that the options name.
+fn choices(options: &Reproduce, maps: &[EnvironmentMap]) -> (Vec<Protocol>, Vec<Method>) {
+    let asked = |protocol: Protocol| {
+        if options.protocols.is_empty() {
+            matches!(protocol, Protocol::Paper | Protocol::Blind)
+        } else {
+            options
+                .protocols
+                .iter()
+                .any(|p| *p == Protocols::All || *p == Protocols::One(protocol))
+        }
+    };
+    let protocols = Protocol::ALL.into_iter().filter(|p| asked(*p)).collect();
+    let methods = Method::ALL.into_iter().filter(|method| {
+        let named = options.classifiers.is_empty() || options.classifiers.contains(method);
+        named && (maps.len() > 2 || !method.has_inner_loop())
     });
-    all.into_iter().collect()
+    (protocols, methods.collect())
+}
+
+fn render(
+    protocol: Protocol,
+    maps: &[EnvironmentMap],
+    materials: &[Material],
+    plan: &Plan,
+    seed: u64,
+) -> Result<Harness> {
+    let bar = progress::bar(maps.len(), "spheres");
+    let harness = Harness::new(
+        protocol,
+        maps,
+        materials,
+        plan,
+        seed,
+        Parallelism::Rayon,
+        &|| bar.inc(1),
+    );
+    bar.finish_and_clear();
+    harness
+}
+
+/// Every classifier under every protocol.
+#[derive(Default)]
+struct Beyond {
+    rows: Vec<Row>,
+    comparisons: Vec<Comparison>,
+    continuous: Option<ContinuousRow>,
+}
+
+impl Beyond {
+    /// σ and the specular share of random reflectances.
+    fn add_continuous(&mut self, maps: &[EnvironmentMap], plan: &Plan, seed: u64) -> Result<()> {
+        let reader = LogReader::new(Protocol::Continuous.view().viewpoint)?;
+        let bar = progress::bar(maps.len(), "random");
+        let random = RandomReflectances {
+            seed,
+            ..RandomReflectances::default()
+        };
+        let samples = collect_random(
+            Protocol::Continuous.view(),
+            maps,
+            &random,
+            plan,
+            Parallelism::Rayon,
+            &|| bar.inc(1),
+            &|_, image| reader.features(image),
+        );
+        bar.finish_and_clear();
+        let learned = LearnedPosterior::new(
+            &samples?,
+            &LearnedPosterior::shares(),
+            &LearnedPosterior::sigmas(),
+        )?;
+        let results = learned.leave_one_illumination_out(Parallelism::Rayon)?;
+        let calibration = Calibration::of(&results);
+        self.continuous = Some(ContinuousRow {
+            count: calibration.count,
+            sigma_error: calibration.sigma_error,
+            share_error: calibration.share_error,
+            coverage: calibration.coverage,
+        });
+        Ok(())
+    }
+
+    /// What came of it.
+    fn continuous_sentence(&self) -> Option<String> {
+        let row = self.continuous.as_ref()?;
+        let at = |level: f64| row.coverage.iter().find(|c| c.0 == level);
+        let (half, ninety) = (at(0.5)?, at(0.9)?);
+        Some(format!(
+            "continuous: over {} pictures of random reflectances the median error of σ is {:.1} % and that of the specular \
+             share {:.3}; the 50 % intervals hold {:.1} % (σ) and {:.1} % (share) of the truths, the 90 % intervals \
+             {:.1} % and {:.1} %",
+            row.count,
+            100.0 * row.sigma_error,
+            row.share_error,
+            100.0 * half.1,
+            100.0 * half.2,
+            100.0 * ninety.1,
+            100.0 * ninety.2,
+        ))
+    }
+
+    fn add(&mut self, harness: &Harness, methods: &[Method]) -> Result<()> {
+        let data = harness.dataset();
+        let classes = harness.classes();
+        let bar = progress::bar(methods.len(), harness.protocol().name());
+        let mut evaluations: Vec<(Method, Evaluation)> = Vec::new();
+        for &method in methods {
+            evaluations.push((method, harness.evaluate(method, Parallelism::Rayon)?));
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        let best = evaluations
+            .iter()
+            .find(|(method, _)| *method == Method::Combined);
+        for (method, evaluation) in &evaluations {
+            if let (Some((_, best)), true) = (best, *method != Method::Combined) {
+                let right = |e: &Evaluation, i: usize| e.said[i] == e.truth[i];
+                let count = |a: &Evaluation, b: &Evaluation| {
+                    (0..a.total())
+                        .filter(|&i| right(a, i) && !right(b, i))
+                        .count()
+                };
+                let (first, second) = (count(evaluation, best), count(best, evaluation));
+                self.comparisons.push(Comparison {
+                    protocol: harness.protocol().name().into(),
+                    first: method.name().into(),
+                    second: Method::Combined.name().into(),
+                    first_alone: first,
+                    second_alone: second,
+                    p: mcnemar(first, second),
+                });
+            }
+        }
+        for (method, evaluation) in evaluations {
+            let mut row = AccuracyRow::new(
+                harness.protocol().name(),
+                method.name(),
+                "-",
+                "-",
+                "-",
+                &evaluation,
+                named_confusions(data, &evaluation),
+            );
+            row.told_apart = evaluation.correct_up_to(&classes);
+            row.ceiling = harness.ceiling();
+            self.rows.push(Row {
+                row,
+                evaluation,
+                chosen: method == Method::Combined,
+            });
+        }
+        Ok(())
+    }
+
+    const HEADINGS: [&'static str; 8] = [
+        "protocol",
+        "classifier",
+        "correct#",
+        "accuracy#",
+        "95 % interval#",
+        "of at most#",
+        "told apart#",
+        "p against combined#",
+    ];
+
+    fn columns(&self, row: &AccuracyRow) -> Vec<String> {
+        let comparison = self
+            .comparisons
+            .iter()
+            .find(|c| c.protocol == row.protocol && c.first == row.classifier);
+        vec![
+            row.protocol.clone(),
+            row.classifier.clone(),
+            format!("{}/{}", row.correct, row.total),
+            format!("{:.1} %", 100.0 * row.accuracy),
+            format!("{:.1} – {:.1}", 100.0 * row.ci95[0], 100.0 * row.ci95[1]),
+            row.ceiling.to_string(),
+            format!(
+                "{} ({:.1} %)",
+                row.told_apart,
+                100.0 * row.told_apart as f64 / row.total.max(1) as f64
+            ),
+            comparison.map_or_else(|| "–".into(), |c| format!("{:.2}", c.p)),
+        ]
+    }
+
+    fn table(&self) -> Table {
+        plain_table(
+            &Self::HEADINGS,
+            self.rows.iter().map(|row| self.columns(&row.row)),
+        )
+    }
+
+    fn markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let mut text = line(&Self::HEADINGS.map(|h| h.trim_end_matches('#').to_owned()));
+        let rule = Self::HEADINGS.map(|h| if h.ends_with('#') { "---:" } else { "---" }.to_owned());
+        text.push_str(&line(&rule));
+        for row in &self.rows {
+            text.push_str(&line(&self.columns(&row.row)));
+        }
+        if let Some(sentence) = self.continuous_sentence() {
+            text.push_str(&format!("\n{sentence}.\n"));
+        }
+        text
+    }
+}
+
+/// The marks between which `--write` puts its table.
+const MARKS: [&str; 2] = ["<!-- table -->", "<!-- end of table -->"];
+
+fn write_between_marks(path: &Path, text: &str) -> Result<()> {
+    let failed = |problem: String| {
+        Error::file(
+            path,
+            problem,
+            format!(
+                "name a Markdown file that has {:?} and {:?}",
+                MARKS[0], MARKS[1]
+            ),
+        )
+    };
+    let old = std::fs::read_to_string(path)
+        .map_err(|error| failed(format!("cannot be read ({error})")))?;
+    let (before, rest) = old
+        .split_once(MARKS[0])
+        .ok_or_else(|| failed("has no place for the table".into()))?;
+    let (_, after) = rest
+        .split_once(MARKS[1])
+        .ok_or_else(|| failed("has no end of its table".into()))?;
+    let new = format!("{before}{}\n{text}{}{after}", MARKS[0], MARKS[1]);
+    write_file(path, new.as_bytes())
+}
+
+fn named_confusions<T>(data: &Dataset<T>, evaluation: &Evaluation) -> Vec<NamedConfusion> {
+    let confusions = evaluation.confusions().into_iter().map(|c| NamedConfusion {
+        illumination: data.illuminations[data.observations[c.observation].illumination].clone(),
+        truth: data.materials[c.truth].clone(),
+        said: data.materials[c.said].clone(),
+    });
+    confusions.collect()
 }
 
 /// The rows of every scaling.
 fn nearest_neighbour(
-    data: &Dataset,
-    features: &[PaperFeatures],
+    data: &Dataset<Reading>,
+    continuation: usize,
     lobe: Variant,
-    continuation: Continuation,
+    behind: Continuation,
     chosen: bool,
 ) -> Result<Vec<Row>> {
-    let arrays: Vec<[f64; 10]> = features.iter().map(PaperFeatures::to_array).collect();
-    let (labels, groups) = (data.labels(), data.groups());
+    let shown = shown(data);
+    let arrays: Vec<[f64; 10]> = shown
+        .iter()
+        .map(|s| s.judged.paper[continuation].to_array())
+        .collect();
+    let labels: Vec<usize> = shown.iter().map(|s| s.observation.material).collect();
+    let groups: Vec<usize> = shown.iter().map(|s| s.observation.illumination).collect();
+    let judged = data.judged();
     let count = data.materials.len();
     let row = |scaling| {
         let classifier = NearestNeighbour::new(scaling, &arrays, &labels, count)?;
-        let evaluation =
+        let mut evaluation =
             leave_one_illumination_out(&classifier, &labels, &groups, count, Parallelism::Rayon)?;
-        let confusions = evaluation.confusions().into_iter().map(|c| NamedConfusion {
-            illumination: data.illuminations[groups[c.observation]].clone(),
-            truth: data.materials[c.truth].clone(),
-            said: data.materials[c.said].clone(),
-        });
+        evaluation.observations.clone_from(&judged);
         let row = AccuracyRow::new(
             "paper",
             "nearest-neighbour",
             scaling.name(),
-            continuation.name(),
+            behind.name(),
             lobe.name(),
             &evaluation,
-            confusions.collect(),
+            named_confusions(data, &evaluation),
         );
         Ok(Row {
             row,
@@ -178,15 +476,17 @@ fn nearest_neighbour(
 /// What was set, for `accuracy.json`.
 fn describe(
     options: &Reproduce,
-    settings: &Settings,
+    plan: &Plan,
     materials: &[Material],
     maps: &[EnvironmentMap],
-    data: &Dataset,
+    data: &Dataset<Reading>,
 ) -> serde_json::Value {
     json!({
         "camera": "level, orthographic",
-        "size": settings.size,
-        "tolerance": settings.tolerance,
+        "size": plan.settings.size,
+        "tolerance": plan.settings.tolerance,
+        "turns": plan.turns,
+        "seed": options.seed,
         "render_error": data.render_error,
         "top_degree": TOP_DEGREE,
         "scaling_by": "mean luminance of a white sphere in the same light",
@@ -238,16 +538,19 @@ fn paper_rows() -> Vec<Vec<String>> {
 }
 
 fn table(rows: &[Row]) -> Table {
+    let own = rows.iter().map(|row| columns(&row.row));
+    plain_table(&HEADINGS, own.chain(paper_rows()))
+}
+
+/// A table for the terminal; headings that end in `#` are over numbers.
+fn plain_table(headings: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
-    table.set_header(HEADINGS.map(|h| h.trim_end_matches('#')));
+    table.set_header(headings.iter().map(|h| h.trim_end_matches('#')));
     for row in rows {
-        table.add_row(columns(&row.row));
-    }
-    for row in paper_rows() {
         table.add_row(row);
     }
-    for (i, heading) in HEADINGS.iter().enumerate() {
+    for (i, heading) in headings.iter().enumerate() {
         if let (true, Some(column)) = (heading.ends_with('#'), table.column_mut(i)) {
             column.set_cell_alignment(CellAlignment::Right);
         }
@@ -263,13 +566,15 @@ fn table(rows: &[Row]) -> Table {
 fn write_page(
     output: &mut OutputFolder,
     options: &Reproduce,
+    continuation: usize,
     rows: &[Row],
+    beyond: &Beyond,
     maps: &[EnvironmentMap],
     spectra: &[LightSpectrum],
     materials: &[Material],
-    data: &Dataset,
-    features: &[PaperFeatures],
+    data: &Dataset<Reading>,
 ) -> Result<String> {
+    let pictures_of = shown(data);
     let lobe = options.lobes[0];
     let chosen = rows.iter().find(|row| row.chosen).unwrap_or(&rows[0]);
     let mut page = Page::new(
@@ -321,6 +626,48 @@ fn write_page(
         page.table(&["illumination", "truth", "said"], &wrong);
     }
 
+    if !beyond.rows.is_empty() {
+        page.heading("Beyond the paper: every classifier under every protocol");
+        page.paragraph(
+            "Without a white sphere the exposure is unknown, and materials whose pictures differ by it alone cannot be told \
+             apart: “of at most” is what anyone could name right, “told apart” counts a picture as right when its material or \
+             one with the same picture was named. p is McNemar's exact test against the combined classifier. docs/inference.md \
+             explains the classifiers.",
+        );
+        let table: Vec<(&str, Vec<String>)> = beyond
+            .rows
+            .iter()
+            .map(|row| {
+                let class = if row.chosen { "strong" } else { "" };
+                (class, beyond.columns(&row.row))
+            })
+            .collect();
+        page.table(&Beyond::HEADINGS, &table);
+        let mut pictures = Vec::new();
+        for row in beyond.rows.iter().filter(|row| row.chosen) {
+            let path = format!("figures/confusion-{}.svg", row.row.protocol);
+            output.add(
+                path.clone(),
+                confusion_matrix(&data.materials, &row.evaluation.confusion_matrix()),
+            );
+            pictures.push(Figure {
+                path,
+                caption: vec![format!("{}: the combined classifier", row.row.protocol)],
+            });
+        }
+        page.grid(2, &pictures);
+    }
+
+    if let (Some(row), Some(sentence)) = (&beyond.continuous, beyond.continuous_sentence()) {
+        page.heading("Reading σ and the specular share off a picture");
+        page.paragraph(&format!("{sentence}."));
+        output.add("figures/calibration.svg", calibration(&row.coverage));
+        page.figure(&Figure {
+            path: "figures/calibration.svg".into(),
+            caption: vec!["How often credible intervals hold the truth".into()],
+        });
+    }
+
     page.heading("The light in frequency (Figure 1)");
     let named: Vec<(String, Vec<f64>)> = maps
         .iter()
@@ -344,11 +691,12 @@ fn write_page(
     });
 
     page.heading("Materials in the plane of v1 and v2 (Figure 2)");
-    let plane: Vec<(usize, f64, f64)> = data
-        .observations
+    let plane: Vec<(usize, f64, f64)> = pictures_of
         .iter()
-        .zip(features)
-        .map(|(o, f)| (o.material, f.power[0], f.power[1]))
+        .map(|s| {
+            let features: &PaperFeatures = &s.judged.paper[continuation];
+            (s.observation.material, features.power[0], features.power[1])
+        })
         .collect();
     output.add("figures/plane.svg", feature_plane(&data.materials, &plane));
     page.paragraph(
@@ -373,21 +721,30 @@ fn write_page(
         data.illuminations[shown],
     ));
     let mut pictures = Vec::new();
-    for observation in data.observations.iter().filter(|o| o.illumination == shown) {
+    let of_first: Vec<&Shown> = pictures_of
+        .iter()
+        .filter(|s| s.observation.illumination == shown)
+        .collect();
+    for Shown {
+        observation,
+        judged,
+    } in &of_first
+    {
         let material = &materials[observation.material];
+        let image = &judged.image;
         let stem = format!(
             "spheres/{:02}-{}",
             observation.material + 1,
             slug(material.name())
         );
-        let size = observation.image.size();
+        let size = image.size();
         output.add(
             format!("{stem}.png"),
             encode_png(size, size, PICTURE_EXPOSURE, |row, column| {
-                observation.image.get(row, column)
+                image.get(row, column)
             })?,
         );
-        output.add(format!("{stem}.exr"), sphere_exr(&observation.image)?);
+        output.add(format!("{stem}.exr"), sphere_exr(image)?);
         pictures.push(Figure {
             path: format!("{stem}.png"),
             caption: vec![
@@ -402,12 +759,7 @@ fn write_page(
         });
     }
     page.grid(4, &pictures);
-    let shown: Vec<&SphereImage> = data
-        .observations
-        .iter()
-        .filter(|o| o.illumination == shown)
-        .map(|o| &o.image)
-        .collect();
+    let shown: Vec<&SphereImage> = of_first.iter().map(|s| &s.judged.image).collect();
     output.add("figures/spheres.png", contact_sheet(&shown, 4)?);
 
     page.heading("The illuminations");

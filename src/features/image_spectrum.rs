@@ -92,8 +92,13 @@ impl ImageSpectrum {
         })
     }
 
+    /// The transform over the grid of normals.
+    pub(super) fn transform(&self) -> &Transform {
+        &self.transform
+    }
+
     /// The luminance on the whole grid of normals, and the mean of each channel over the sphere.
-    fn field(&self, image: &SphereImage) -> Result<(Vec<f64>, [f64; 3])> {
+    pub(super) fn field(&self, image: &SphereImage) -> Result<(Vec<f64>, [f64; 3])> {
         let (rings, columns) = (self.grid.rings(), self.grid.columns());
         let sampler = Sampler::new(image)?;
         let mut luminance = vec![0.0; rings * columns];

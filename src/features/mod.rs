@@ -6,9 +6,21 @@
 )]
 
 mod continuation;
+mod dror;
 mod image_spectrum;
+mod log_bands;
+mod needlets;
 mod paper;
+mod rings;
+mod unbiased;
 
 pub use continuation::Continuation;
+pub use dror::DrorFeatures;
 pub use image_spectrum::{ImagePower, ImageSpectrum};
+pub use log_bands::{LogBands, LogFields, log_fields};
+pub use needlets::Needlets;
 pub use paper::{PaperFeatures, TOP_DEGREE};
+pub use rings::{Modes, RingLayout, Unwrapped};
+pub use unbiased::UnbiasedBands;
+
+pub(crate) use log_bands::cosine_basis;

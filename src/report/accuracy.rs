@@ -36,8 +36,29 @@ pub struct AccuracyRow {
     pub accuracy: f64,
     /// Wilson's 95 % interval.
     pub ci95: [f64; 2],
+    /// How many were given their own material or one whose pictures are the same but for the unknown exposure.
+    pub told_apart: usize,
+    /// How many anyone could have named right: one material of each such class.
+    pub ceiling: usize,
     /// Those that were named wrong.
     pub confusions: Vec<NamedConfusion>,
+}
+
+/// Two classifiers on the same pictures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// Which pictures.
+    pub protocol: String,
+    /// One classifier.
+    pub first: String,
+    /// The other.
+    pub second: String,
+    /// How many were named right by the first alone.
+    pub first_alone: usize,
+    /// How many were named right by the second alone.
+    pub second_alone: usize,
+    /// McNemar's exact p.
+    pub p: f64,
 }
 
 impl AccuracyRow {
@@ -62,9 +83,24 @@ impl AccuracyRow {
             total: evaluation.total(),
             accuracy: evaluation.accuracy(),
             ci95: [low, high],
+            told_apart: evaluation.correct(),
+            ceiling: evaluation.total(),
             confusions,
         }
     }
+}
+
+/// How well the reflectance was read off pictures of random ones.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContinuousRow {
+    /// How many pictures.
+    pub count: usize,
+    /// The median of the relative error of σ.
+    pub sigma_error: f64,
+    /// The median of the absolute error of the specular share.
+    pub share_error: f64,
+    /// (level, coverage of σ, coverage of the share) of the central credible intervals.
+    pub coverage: Vec<(f64, f64, f64)>,
 }
 
 /// `accuracy.json`: the rows, and what made them. It holds no time and no path, so the same command
@@ -77,4 +113,9 @@ pub struct AccuracyFile {
     pub settings: serde_json::Value,
     /// The rows.
     pub rows: Vec<AccuracyRow>,
+    /// Every classifier against the combined one.
+    pub comparisons: Vec<Comparison>,
+    /// The protocol `continuous`, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub continuous: Option<ContinuousRow>,
 }

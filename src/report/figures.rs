@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::classify::Posterior;
 use crate::report::plot::{COLOURS, escape, header};
 use crate::report::{Axis, Chart, Mark, Series};
 
@@ -98,6 +99,111 @@ pub fn feature_plane(materials: &[String], images: &[(usize, f64, f64)]) -> Stri
         series: series.collect(),
     }
     .svg()
+}
+
+/// How often credible intervals hold the truth, by their level; on the diagonal they are honest.
+///
+/// - `coverage`: (level, coverage of σ, coverage of the specular share).
+pub fn calibration(coverage: &[(f64, f64, f64)]) -> String {
+    let line = |name: &str, colour: &str, mark, points| Series {
+        name: name.into(),
+        in_legend: true,
+        colour: colour.into(),
+        mark,
+        points,
+    };
+    let of_sigma: Vec<(f64, f64)> = coverage.iter().map(|c| (c.0, c.1)).collect();
+    let of_share: Vec<(f64, f64)> = coverage.iter().map(|c| (c.0, c.2)).collect();
+    Chart {
+        title: "Calibration of the credible intervals".into(),
+        x_label: "level of the interval".into(),
+        y_label: "share of pictures whose truth it holds".into(),
+        x_axis: Axis::Linear,
+        y_axis: Axis::Linear,
+        series: vec![
+            line(
+                "honest",
+                "#999999",
+                Mark::Dashes(1.5),
+                vec![(0.0, 0.0), (1.0, 1.0)],
+            ),
+            line("σ", COLOURS[1], Mark::Line(2.5), of_sigma),
+            line("specular share", COLOURS[4], Mark::Line(2.5), of_share),
+        ],
+    }
+    .svg()
+}
+
+/// A posterior as a map: the specular share to the right, σ upwards by its logarithm, the darker the likelier; the cross is its mode.
+pub fn posterior_map(posterior: &Posterior) -> String {
+    let (shares, sigmas) = (posterior.shares(), posterior.sigmas());
+    let (left, top, cell_x, cell_y) = (64.0, 40.0, 16.0, 14.0);
+    let (columns, rows) = (shares.len(), sigmas.len());
+    let (wide, high) = (columns as f64 * cell_x, rows as f64 * cell_y);
+    let (width, height) = (left + wide + 24.0, top + high + 48.0);
+    let mut out = header(width, height, "Posterior");
+    let largest = posterior
+        .probabilities()
+        .iter()
+        .copied()
+        .fold(f64::MIN_POSITIVE, f64::max);
+    let place = |i: usize, j: usize| {
+        (
+            left + i as f64 * cell_x,
+            top + (rows - 1 - j) as f64 * cell_y,
+        )
+    };
+    for (at, p) in posterior.probabilities().iter().enumerate() {
+        let (x, y) = place(at % columns, at / columns);
+        let _ = writeln!(
+            out,
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{cell_x}\" height=\"{cell_y}\" fill=\"{}\" fill-opacity=\"{:.3}\"/>",
+            COLOURS[1],
+            p / largest
+        );
+    }
+    let (share, sigma) = posterior.mode();
+    let find = |axis: &[f64], value: f64| axis.iter().position(|v| *v == value).unwrap_or(0);
+    let (x, y) = place(find(shares, share), find(sigmas, sigma));
+    let (x, y) = (x + 0.5 * cell_x, y + 0.5 * cell_y);
+    let _ = writeln!(
+        out,
+        "<path d=\"M{:.1} {y:.1}h12M{x:.1} {:.1}v12\" stroke=\"{}\" stroke-width=\"2\"/>\
+         <rect x=\"{left}\" y=\"{top}\" width=\"{wide}\" height=\"{high}\" fill=\"none\" stroke=\"#999\"/>\
+         <text x=\"16\" y=\"24\" font-size=\"15\" font-weight=\"600\">Posterior</text>",
+        x - 6.0,
+        y - 6.0,
+        COLOURS[4]
+    );
+    for i in (0..columns).step_by((columns / 4).max(1)) {
+        let (x, _) = place(i, 0);
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{:.2}</text>",
+            x + 0.5 * cell_x,
+            top + high + 18.0,
+            shares[i]
+        );
+    }
+    for j in (0..rows).step_by((rows / 5).max(1)) {
+        let (_, y) = place(0, j);
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{:.3}</text>",
+            left - 6.0,
+            y + 0.5 * cell_y + 4.0,
+            sigmas[j]
+        );
+    }
+    let _ = writeln!(
+        out,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">specular share</text>\
+         <text transform=\"translate(16 {:.1}) rotate(-90)\" text-anchor=\"middle\">σ</text></svg>",
+        left + 0.5 * wide,
+        height - 8.0,
+        top + 0.5 * high
+    );
+    out
 }
 
 /// A confusion matrix: rows are the truth, columns what was said.

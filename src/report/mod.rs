@@ -11,8 +11,8 @@ mod page;
 mod plot;
 mod png;
 
-pub use accuracy::{AccuracyFile, AccuracyRow, NamedConfusion};
-pub use figures::{confusion_matrix, feature_plane, light_spectra};
+pub use accuracy::{AccuracyFile, AccuracyRow, Comparison, ContinuousRow, NamedConfusion};
+pub use figures::{calibration, confusion_matrix, feature_plane, light_spectra, posterior_map};
 pub use page::{Figure, Page};
 pub use plot::{Axis, Chart, Mark, Series};
 pub use png::encode_png;

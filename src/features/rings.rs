@@ -1,4 +1,4 @@
-//! A picture of a sphere as amplitudes on rings about the line of sight.
+//! A picture of a sphere unwrapped onto rings about the line of sight, and the amplitudes of those rings.
 
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
@@ -52,6 +52,14 @@ impl RingLayout {
         })
     }
 
+    /// The same rings with no more than these orders.
+    pub fn with_orders_up_to(&self, orders: usize) -> Self {
+        Self {
+            orders: self.orders.min(orders),
+            ..self.clone()
+        }
+    }
+
     /// Where the camera stands.
     pub fn viewpoint(&self) -> Viewpoint {
         self.viewpoint
@@ -78,6 +86,75 @@ impl RingLayout {
     }
 }
 
+/// A picture of a sphere unwrapped: one row a ring of a [`RingLayout`], from the axis outwards, and `columns` values a ring,
+/// the first at the picture's right and on towards its top.
+///
+/// Equal steps of the normal's angle are equal steps of the angle at which a mirror sees the light, so that this is
+/// also a map of the light around, as far as the surface mirrors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unwrapped {
+    columns: usize,
+    values: Vec<[f64; 3]>,
+}
+
+impl Unwrapped {
+    /// Reads the picture on the rings by bilinear interpolation between pixel centres; where one of the four
+    /// misses the sphere the others stand for it. Columns: the least power of two, 64 or more, that carries the orders
+    /// twice over.
+    ///
+    /// # Errors
+    /// A picture so small that a ring meets no pixel.
+    pub fn new(image: &SphereImage, layout: &RingLayout) -> Result<Self> {
+        let size = image.size();
+        let columns = (4 * layout.orders).max(64).next_power_of_two();
+        let rings = layout.angles.len();
+        let azimuths: Vec<(f64, f64)> = (0..columns)
+            .map(|j| (std::f64::consts::TAU * j as f64 / columns as f64).sin_cos())
+            .collect();
+        let mut values = Vec::with_capacity(rings * columns);
+        for &angle in &layout.angles {
+            let radius = layout.viewpoint.radius(angle);
+            for &(sin, cos) in &azimuths {
+                let x = (0.5 * (1.0 + radius * cos)) * size as f64 - 0.5;
+                let y = (0.5 * (1.0 - radius * sin)) * size as f64 - 0.5;
+                let value = bilinear(image, x, y).ok_or_else(|| {
+                    Error::Unanswerable(format!(
+                        "a picture of {size} pixels a side is too small to be read on {rings} rings"
+                    ))
+                })?;
+                values.push(value);
+            }
+        }
+        Ok(Self { columns, values })
+    }
+
+    /// How many rings there are.
+    pub fn rings(&self) -> usize {
+        self.values.len() / self.columns
+    }
+
+    /// How many values a ring has.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// The values, ring by ring.
+    pub fn values(&self) -> &[[f64; 3]] {
+        &self.values
+    }
+
+    /// The mean of each channel over the values, which weighs the middle of the picture more than its pixels do.
+    pub fn mean(&self) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for value in &self.values {
+            for channel in 0..3 {
+                sum[channel] += value[channel];
+            }
+        }
+        sum.map(|sum| sum / self.values.len() as f64)
+    }
+}
+
 /// The amplitudes of one channel: on ring r, value(φ) = Σ_m c_m,r cos mφ + s_m,r sin mφ, φ from the picture's right
 /// towards its top.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,47 +165,48 @@ pub struct Modes {
 }
 
 impl Modes {
-    /// Reads each value of `of` on the rings by bilinear interpolation between pixel centres; where one of the four
-    /// misses the sphere the nearest that does not stands for it.
+    /// The amplitudes, to the layout's last order, of each value of `of` over the unwrapped picture.
     ///
     /// # Errors
-    /// A picture so small that a ring meets no pixel.
+    /// [`Error::Length`] for a picture that was unwrapped for another layout.
     pub fn of<const N: usize>(
-        image: &SphereImage,
+        picture: &Unwrapped,
         layout: &RingLayout,
         of: impl Fn([f64; 3]) -> [f64; N],
     ) -> Result<[Self; N]> {
-        let size = image.size();
-        let columns = (4 * layout.orders + 4).max(64);
-        let rings = layout.angles.len();
-        let mut fields = vec![[0.0; N]; rings * columns];
-        for (r, &angle) in layout.angles.iter().enumerate() {
-            let radius = layout.viewpoint.radius(angle);
-            for j in 0..columns {
-                let (sin, cos) = (std::f64::consts::TAU * j as f64 / columns as f64).sin_cos();
-                let x = (0.5 * (1.0 + radius * cos)) * size as f64 - 0.5;
-                let y = (0.5 * (1.0 - radius * sin)) * size as f64 - 0.5;
-                fields[r * columns + j] = bilinear(image, x, y, &of).ok_or_else(|| {
-                    Error::Unanswerable(format!(
-                        "a picture of {size} pixels a side is too small to be read on {rings} rings"
-                    ))
-                })?;
-            }
+        let (rings, columns) = (layout.angles.len(), picture.columns);
+        crate::error::check_length(
+            "the unwrapped picture",
+            rings * columns,
+            picture.values.len(),
+        )?;
+        if columns <= 2 * layout.orders {
+            return Err(Error::Length {
+                what: "a ring of the unwrapped picture",
+                expected: 2 * layout.orders + 1,
+                got: columns,
+            });
         }
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(columns);
-        let mut ring = transform.make_input_vec();
+        let mut scratch = transform.make_scratch_vec();
+        let mut fields: [Vec<f64>; N] = std::array::from_fn(|_| vec![0.0; columns]);
         let mut spectrum = vec![Complex64::ZERO; columns / 2 + 1];
         let mut modes: [Self; N] = std::array::from_fn(|_| Self {
             rings,
             values: vec![0.0; layout.len()],
         });
-        for r in 0..rings {
-            for (channel, modes) in modes.iter_mut().enumerate() {
-                for (value, field) in ring.iter_mut().zip(&fields[r * columns..]) {
-                    *value = field[channel];
+        for (r, ring) in picture.values.chunks_exact(columns).enumerate() {
+            for (j, rgb) in ring.iter().enumerate() {
+                for (field, value) in fields.iter_mut().zip(of(*rgb)) {
+                    field[j] = value;
                 }
+            }
+            for (field, modes) in fields.iter_mut().zip(&mut modes) {
                 // The lengths are the plan's own, so it cannot refuse.
-                if transform.process(&mut ring, &mut spectrum).is_err() {
+                if transform
+                    .process_with_scratch(field, &mut spectrum, &mut scratch)
+                    .is_err()
+                {
                     spectrum.fill(Complex64::ZERO);
                 }
                 modes.values[r] = spectrum[0].re / columns as f64;
@@ -170,14 +248,9 @@ impl Modes {
     }
 }
 
-fn bilinear<const N: usize>(
-    image: &SphereImage,
-    x: f64,
-    y: f64,
-    of: &impl Fn([f64; 3]) -> [f64; N],
-) -> Option<[f64; N]> {
+fn bilinear(image: &SphereImage, x: f64, y: f64) -> Option<[f64; 3]> {
     let (column, row) = (x.floor(), y.floor());
-    let mut sum = [0.0; N];
+    let mut sum = [0.0; 3];
     let mut total = 0.0;
     for (dy, dx) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
         let (i, j) = (row as i64 + dy, column as i64 + dx);
@@ -188,7 +261,7 @@ fn bilinear<const N: usize>(
             continue;
         };
         let weight = (1.0 - (x - j as f64).abs()) * (1.0 - (y - i as f64).abs());
-        for (sum, value) in sum.iter_mut().zip(of(pixel)) {
+        for (sum, value) in sum.iter_mut().zip(pixel) {
             *sum += weight * value;
         }
         total += weight;

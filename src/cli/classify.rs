@@ -1,0 +1,368 @@
+//! `lobes classify`: the material, and the reflectance, of the sphere in a picture.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use crate::classify::{LogReader, Model, Verdict};
+use crate::cli::arguments::Classify;
+use crate::cli::output::OutputFolder;
+use crate::cli::photo::{Circle, Photo};
+use crate::cli::training::{self, Kind, Reach, SIZE};
+use crate::cli::{lights, materials, progress};
+use crate::illumination::Luminance;
+use crate::reflection::{SphereImage, Viewpoint};
+use crate::report::{Figure, Page, encode_png, posterior_map};
+use crate::{Error, Parallelism, Result};
+
+/// A sphere as it was read.
+struct Sphere {
+    circle: Circle,
+    found: bool,
+    saturated: f64,
+    kind: Kind,
+    distance: Option<f64>,
+    features: Vec<f64>,
+    /// A PNG of it, for the page.
+    picture: Option<Vec<u8>>,
+    /// A PNG that shows where it was found.
+    overlay: Option<Vec<u8>>,
+}
+
+pub(super) fn run(options: &Classify) -> Result<()> {
+    let paths = expand(&options.images)?;
+    let materials = materials::load(&options.materials)?;
+    let bar = progress::bar(paths.len(), "pictures");
+    let spheres = Parallelism::Rayon.map(paths.len(), |i| {
+        let sphere = read(&paths[i], options);
+        bar.inc(1);
+        sphere
+    });
+    bar.finish_and_clear();
+
+    let mut kinds: Vec<Kind> = spheres.iter().flatten().map(|s| s.kind).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let mut models = BTreeMap::new();
+    if !kinds.is_empty() {
+        let maps = lights::load(&options.lights)?;
+        for kind in kinds {
+            let training = training::load(
+                kind,
+                &maps,
+                &materials,
+                options.lobe,
+                options.turns.get(),
+                options.fresh,
+            )?;
+            models.insert(kind, Model::learn(&training, Parallelism::Rayon)?);
+        }
+    }
+    let verdicts = Parallelism::Rayon.map(paths.len(), |i| match &spheres[i] {
+        Ok(sphere) => models[&sphere.kind].verdict(&sphere.features),
+        Err(error) => Err(error.clone()),
+    });
+
+    let mut failed = 0;
+    for ((path, sphere), verdict) in paths.iter().zip(&spheres).zip(&verdicts) {
+        match (sphere, verdict) {
+            (Ok(sphere), Ok(verdict)) => {
+                let names = models[&sphere.kind].materials();
+                if options.json {
+                    println!("{}", line_of_json(path, sphere, verdict, names));
+                } else {
+                    println!("{}: {}", path.display(), sentence(sphere, verdict, names));
+                }
+            }
+            (Err(error), _) | (_, Err(error)) => {
+                failed += 1;
+                if options.json {
+                    println!(
+                        "{}",
+                        json!({ "file": path.display().to_string(), "error": error.to_string() })
+                    );
+                } else {
+                    eprintln!("{}", of_file(path, error));
+                }
+            }
+        }
+    }
+    write(options, &paths, &spheres, &verdicts, &models)?;
+    match failed {
+        0 => Ok(()),
+        1 if paths.len() == 1 => Err(Error::Unanswerable("the picture was not classified".into())),
+        _ => Err(Error::Unanswerable(format!(
+            "{failed} of {} pictures were not classified",
+            paths.len()
+        ))),
+    }
+}
+
+/// The error with the file that it is about.
+fn of_file(path: &Path, error: &Error) -> String {
+    match error {
+        Error::File { .. } => error.to_string(),
+        _ => format!("{}: {error}", path.display()),
+    }
+}
+
+/// The files, folders replaced by the pictures in them.
+fn expand(images: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "exr", "hdr", "pic", "pfm"];
+    let mut paths = Vec::new();
+    for image in images {
+        if !image.is_dir() {
+            paths.push(image.clone());
+            continue;
+        }
+        let unreadable = |error: std::io::Error| {
+            Error::file(
+                image,
+                format!("the folder cannot be read ({error})"),
+                "name another",
+            )
+        };
+        let mut of_folder = Vec::new();
+        for entry in std::fs::read_dir(image).map_err(unreadable)? {
+            let path = entry.map_err(unreadable)?.path();
+            let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+            if ending.is_some_and(|e| ENDINGS.contains(&e.as_str())) {
+                of_folder.push(path);
+            }
+        }
+        if of_folder.is_empty() {
+            return Err(Error::file(
+                image,
+                "the folder holds no picture",
+                format!(
+                    "put some there, {}",
+                    ENDINGS.map(|e| format!(".{e}")).join(" ")
+                ),
+            ));
+        }
+        of_folder.sort();
+        paths.extend(of_folder);
+    }
+    Ok(paths)
+}
+
+fn read(path: &Path, options: &Classify) -> Result<Sphere> {
+    let photo = Photo::read(path)?;
+    let (circle, found) = match (options.circle, photo.masked_circle()?) {
+        (Some(circle), _) | (None, Some(circle)) => (circle, false),
+        (None, None) => (photo.find_circle()?, true),
+    };
+    let (image, saturated) = photo.sphere(circle, SIZE)?;
+    let distance = image.camera().distance();
+    let reader = LogReader::new(match distance {
+        Some(distance) => Viewpoint::Perspective { distance },
+        None => Viewpoint::Orthographic,
+    })?;
+    let exposure = 0.25 / Luminance::Rec709.of(image.mean());
+    Ok(Sphere {
+        circle,
+        found,
+        saturated,
+        kind: Kind {
+            encoded: photo.encoded,
+            grey: is_grey(&image),
+            reach: Reach::of(distance),
+        },
+        distance,
+        features: reader.features(&image)?,
+        picture: if options.report {
+            let pixel = |row, column| image.get(row, column);
+            Some(encode_png(SIZE, SIZE, exposure, pixel)?)
+        } else {
+            None
+        },
+        overlay: if found {
+            Some(overlay(&photo, circle, exposure)?)
+        } else {
+            None
+        },
+    })
+}
+
+/// Whether all three channels are one.
+fn is_grey(image: &SphereImage) -> bool {
+    let largest = image
+        .iter()
+        .fold(0.0, |largest, (_, _, rgb)| f64::max(largest, rgb[1]));
+    image
+        .iter()
+        .all(|(_, _, [r, g, b])| (r - g).abs() <= 1e-3 * largest && (b - g).abs() <= 1e-3 * largest)
+}
+
+/// The picture, no larger than 1024 pixels, with the circle on it.
+fn overlay(photo: &Photo, circle: Circle, exposure: f64) -> Result<Vec<u8>> {
+    let scale = photo.width.max(photo.height).div_ceil(1024);
+    let line = 1.5f64.max(0.01 * circle.radius / scale as f64) * scale as f64;
+    encode_png(
+        photo.width / scale,
+        photo.height / scale,
+        exposure,
+        |row, column| {
+            let (y, x) = (row * scale, column * scale);
+            let off = (x as f64 + 0.5 - circle.x).hypot(y as f64 + 0.5 - circle.y);
+            if (off - circle.radius).abs() < line {
+                // Magenta at full strength whatever the exposure.
+                return Some([1.0, 0.0, 1.0].map(|value| value / exposure));
+            }
+            Some(photo.pixels[y * photo.width + x])
+        },
+    )
+}
+
+/// Low end, median and high end of a 90 % interval.
+fn interval(quantile: impl Fn(f64) -> f64) -> [f64; 3] {
+    [0.05, 0.5, 0.95].map(quantile)
+}
+
+fn sentence(sphere: &Sphere, verdict: &Verdict, names: &[String]) -> String {
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    order.sort_by(|&a, &b| verdict.probabilities[b].total_cmp(&verdict.probabilities[a]));
+    let mut answers: Vec<(f64, &str)> = order
+        .iter()
+        .take(3)
+        .map(|&i| (verdict.probabilities[i], names[i].as_str()))
+        .collect();
+    answers.push((verdict.none, "none of these"));
+    answers.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let answers: Vec<String> = answers
+        .iter()
+        .enumerate()
+        .filter(|(place, (p, _))| *place == 0 || *p >= 0.01)
+        .map(|(_, (p, name))| format!("{name} {p:.2}"))
+        .collect();
+    let [low, middle, high] = interval(|level| verdict.posterior.sigma_quantile(level));
+    let [share_low, share, share_high] = interval(|level| verdict.posterior.share_quantile(level));
+    let mut text = format!(
+        "{}; σ {middle:.3} ({low:.3} – {high:.3}), specular share {share:.2} ({share_low:.2} – {share_high:.2})",
+        answers.join(", ")
+    );
+    if sphere.kind.grey {
+        text.push_str("; a grey picture, judged without colour");
+    }
+    if sphere.saturated > 0.0 {
+        text.push_str(&format!("; {:.1} % saturated", 100.0 * sphere.saturated));
+    }
+    if sphere.found {
+        let Circle { x, y, radius } = sphere.circle;
+        text.push_str(&format!("; sphere found at {x:.1},{y:.1},{radius:.1}"));
+    }
+    text
+}
+
+fn line_of_json(
+    path: &Path,
+    sphere: &Sphere,
+    verdict: &Verdict,
+    names: &[String],
+) -> serde_json::Value {
+    let probabilities: serde_json::Map<String, serde_json::Value> = names
+        .iter()
+        .zip(&verdict.probabilities)
+        .map(|(name, p)| (name.clone(), json!(p)))
+        .collect();
+    let numbers =
+        |[low, median, high]: [f64; 3]| json!({ "low": low, "median": median, "high": high });
+    let (share, sigma) = verdict.posterior.mode();
+    json!({
+        "file": path.display().to_string(),
+        "material": verdict.material().map(|i| &names[i]),
+        "probabilities": probabilities,
+        "none": verdict.none,
+        "sigma": numbers(interval(|level| verdict.posterior.sigma_quantile(level))),
+        "share": numbers(interval(|level| verdict.posterior.share_quantile(level))),
+        "mode": { "share": share, "sigma": sigma },
+        "circle": [sphere.circle.x, sphere.circle.y, sphere.circle.radius],
+        "found": sphere.found,
+        "saturated": sphere.saturated,
+        "grey": sphere.kind.grey,
+        "distance": sphere.distance,
+    })
+}
+
+/// The overlays, and the page where it is asked for.
+fn write(
+    options: &Classify,
+    paths: &[PathBuf],
+    spheres: &[Result<Sphere>],
+    verdicts: &[Result<Verdict>],
+    models: &BTreeMap<Kind, Model>,
+) -> Result<()> {
+    let found = spheres.iter().flatten().any(|sphere| sphere.found);
+    if !(found || options.report) {
+        return Ok(());
+    }
+    let mut output = OutputFolder::open(&options.out)?;
+    let mut page = Page::new(
+        "Materials read off pictures",
+        "For each picture the sphere that was read, the probability of each material, and the posterior of the specular \
+         share ρ_s / (ρ_s + ρ_d) and the roughness σ. A learned model: docs/inference.md.",
+    );
+    for (i, ((path, sphere), verdict)) in paths.iter().zip(spheres).zip(verdicts).enumerate() {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        page.heading(&name);
+        let (sphere, verdict) = match (sphere, verdict) {
+            (Ok(sphere), Ok(verdict)) => (sphere, verdict),
+            (Err(error), _) | (_, Err(error)) => {
+                page.paragraph(&error.to_string());
+                continue;
+            }
+        };
+        let stem = format!("{:04}-{}", i + 1, super::slug(&name));
+        let mut pictures = Vec::new();
+        if let Some(overlay) = &sphere.overlay {
+            output.add(format!("{stem}-found.png"), overlay.clone());
+            pictures.push(Figure {
+                path: format!("{stem}-found.png"),
+                caption: vec!["where the sphere was found".into()],
+            });
+        }
+        let names = models[&sphere.kind].materials();
+        if let Some(picture) = &sphere.picture {
+            output.add(format!("{stem}.png"), picture.clone());
+            pictures.push(Figure {
+                path: format!("{stem}.png"),
+                caption: vec!["the sphere as it was read".into()],
+            });
+            output.add(
+                format!("{stem}-posterior.svg"),
+                posterior_map(&verdict.posterior),
+            );
+            pictures.push(Figure {
+                path: format!("{stem}-posterior.svg"),
+                caption: vec!["the posterior".into()],
+            });
+        }
+        page.paragraph(&sentence(sphere, verdict, names));
+        page.grid(pictures.len().max(1), &pictures);
+        let rows: Vec<(&str, Vec<String>)> = names
+            .iter()
+            .map(String::as_str)
+            .zip(verdict.probabilities.iter().copied())
+            .chain([("none of these", verdict.none)])
+            .map(|(name, p)| ("", vec![name.to_owned(), format!("{p:.3}")]))
+            .collect();
+        page.table(&["material", "probability#"], &rows);
+    }
+    if options.report {
+        output.add(
+            "index.html",
+            page.html(&format!("lobes {}", env!("CARGO_PKG_VERSION"))),
+        );
+    }
+    output.commit()?;
+    if options.report {
+        eprintln!("wrote {}", options.out.join("index.html").display());
+    } else {
+        eprintln!(
+            "wrote where spheres were found to {}",
+            options.out.display()
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,265 @@
+//! The features that models learn from, kept between runs.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::PathBuf;
+
+use crate::classify::{
+    Dataset, Observation, Photograph, Plan, RandomReflectances, Reflectance, Sample, Training,
+    TrainingPlan, View,
+};
+use crate::cli::progress;
+use crate::illumination::{EnvironmentMap, Luminance};
+use crate::reflectance::{Material, Variant};
+use crate::reflection::{Settings, SphereImage, Viewpoint};
+use crate::{Parallelism, Result};
+
+/// Pixels a side of every sphere, those to learn from and those to be judged.
+pub(super) const SIZE: usize = 96;
+
+/// Which pictures a model is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct Kind {
+    /// Whether they come as codes of 8 or 16 bits, clipped and perhaps compressed.
+    pub(super) encoded: bool,
+    /// Whether they have no colour.
+    pub(super) grey: bool,
+    /// How far the camera is.
+    pub(super) reach: Reach,
+}
+
+/// How far a camera is, as far as spheres to learn from are rendered for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) enum Reach {
+    Far,
+    Middle,
+    Near,
+}
+
+impl Reach {
+    pub(super) fn of(distance: Option<f64>) -> Self {
+        match distance {
+            Some(distance) if distance < 5.5 => Self::Near,
+            Some(distance) if distance < 16.0 => Self::Middle,
+            _ => Self::Far,
+        }
+    }
+
+    fn viewpoint(self) -> Viewpoint {
+        match self {
+            Self::Far => Viewpoint::Orthographic,
+            Self::Middle => Viewpoint::Perspective { distance: 8.0 },
+            Self::Near => Viewpoint::Perspective { distance: 4.0 },
+        }
+    }
+}
+
+/// The plan of a kind: seen level and from 45° above, rendered to a hundredth.
+fn plan(kind: Kind, lobe: Variant, turns: usize) -> TrainingPlan {
+    let view = |elevation: f64| View {
+        elevation: elevation.to_radians(),
+        viewpoint: kind.reach.viewpoint(),
+    };
+    TrainingPlan {
+        views: vec![view(0.0), view(45.0)],
+        plan: Plan {
+            lobe,
+            settings: Settings {
+                size: SIZE,
+                tolerance: 1e-2,
+                ..Settings::default()
+            },
+            turns,
+        },
+        random: RandomReflectances {
+            roughnesses: 4,
+            colours: 3,
+            ..RandomReflectances::default()
+        },
+    }
+}
+
+/// The training set of a kind: what an earlier run kept, or made now and kept.
+pub(super) fn load(
+    kind: Kind,
+    maps: &[EnvironmentMap],
+    materials: &[Material],
+    lobe: Variant,
+    turns: usize,
+    fresh: bool,
+) -> Result<Training> {
+    let path = place(kind, maps, materials, lobe, turns);
+    let kept = path.as_deref().filter(|_| !fresh).and_then(|path| {
+        let bytes = std::fs::read(path).ok()?;
+        unpack(&bytes, maps, materials)
+    });
+    if let Some(training) = kept {
+        return Ok(training);
+    }
+    let plan = plan(kind, lobe, turns);
+    let bar = progress::bar(2 * plan.views.len() * maps.len(), "learning");
+    let camera = Photograph::default();
+    let develop = |seed: u64, image: &SphereImage| {
+        let grey;
+        let image = if kind.grey {
+            grey = image.map(|rgb| [Luminance::Rec709.of(rgb); 3]);
+            &grey
+        } else {
+            image
+        };
+        if kind.encoded {
+            let photo = camera.take(image, seed)?;
+            Ok(if kind.grey {
+                photo.map(|rgb| [Luminance::Rec709.of(rgb); 3])
+            } else {
+                photo
+            })
+        } else {
+            Ok(image.clone())
+        }
+    };
+    let training = Training::new(
+        maps,
+        materials,
+        &plan,
+        &develop,
+        Parallelism::Rayon,
+        &|| bar.inc(1),
+    )?;
+    bar.finish_and_clear();
+    if let Some(path) = path {
+        keep(&path, &pack(&training));
+    }
+    Ok(training)
+}
+
+/// Where a training set is kept: in the user's folder for caches, by all that it depends on.
+fn place(
+    kind: Kind,
+    maps: &[EnvironmentMap],
+    materials: &[Material],
+    lobe: Variant,
+    turns: usize,
+) -> Option<PathBuf> {
+    let folder = std::env::var_os("XDG_CACHE_HOME")
+        .map(PathBuf::from)
+        .filter(|path| path.is_absolute())
+        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
+    let mut hasher = DefaultHasher::new();
+    (env!("CARGO_PKG_VERSION"), FORMAT, kind, lobe.name(), turns).hash(&mut hasher);
+    let numbers = |hasher: &mut DefaultHasher, values: &[f64]| {
+        for value in values {
+            value.to_bits().hash(hasher);
+        }
+    };
+    for material in materials {
+        material.name().hash(&mut hasher);
+        numbers(&mut hasher, &material.diffuse());
+        numbers(&mut hasher, &material.specular());
+        numbers(&mut hasher, &[material.roughness().sigma()]);
+    }
+    for map in maps {
+        map.name().hash(&mut hasher);
+        (map.width(), map.height()).hash(&mut hasher);
+        for i in 0..map.width() * map.height() {
+            numbers(&mut hasher, &map.pixel(i / map.width(), i % map.width()));
+        }
+    }
+    let name = format!("training-{:016x}.bin", hasher.finish());
+    Some(folder.join("lobes").join(name))
+}
+
+/// What stands first in a file; it changes with what is kept.
+const FORMAT: &[u8; 8] = b"lobes-t1";
+
+/// Keeps the bytes if it can: without them the next run learns anew.
+fn keep(path: &std::path::Path, bytes: &[u8]) {
+    if let Some(folder) = path.parent() {
+        let _ = std::fs::create_dir_all(folder);
+    }
+    let _ = crate::cli::output::write_file(path, bytes);
+}
+
+fn pack(training: &Training) -> Vec<u8> {
+    let width = training
+        .named
+        .observations
+        .first()
+        .map_or(0, |o| o.view.len());
+    let mut numbers = vec![
+        width as f64,
+        training.named.observations.len() as f64,
+        training.random.len() as f64,
+        training.named.render_error,
+    ];
+    for o in &training.named.observations {
+        numbers.extend([o.material as f64, o.illumination as f64, o.turn as f64]);
+        numbers.extend(&o.view);
+    }
+    for s in &training.random {
+        let judged = f64::from(u8::from(s.judged));
+        numbers.extend([s.illumination as f64, judged, s.truth.share, s.truth.sigma]);
+        numbers.extend(&s.view);
+    }
+    let mut bytes = FORMAT.to_vec();
+    bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+    bytes
+}
+
+/// Nothing for bytes that are not whole.
+fn unpack(bytes: &[u8], maps: &[EnvironmentMap], materials: &[Material]) -> Option<Training> {
+    let body = bytes.strip_prefix(FORMAT)?;
+    let mut numbers = body.chunks_exact(8).map(|chunk| {
+        let mut eight = [0; 8];
+        eight.copy_from_slice(chunk);
+        f64::from_le_bytes(eight)
+    });
+    let mut next = || numbers.next();
+    let (width, named, random) = (next()? as usize, next()? as usize, next()? as usize);
+    let render_error = next()?;
+    let expected = named
+        .checked_mul(width.checked_add(3)?)?
+        .checked_add(random.checked_mul(width.checked_add(4)?)?)?
+        .checked_add(4)?;
+    if body.len() != expected.checked_mul(8)? {
+        return None;
+    }
+    let mut observations = Vec::with_capacity(named);
+    for _ in 0..named {
+        let (material, illumination, turn) = (next()? as usize, next()? as usize, next()? as usize);
+        let view = (0..width).map(|_| next()).collect::<Option<Vec<f64>>>()?;
+        if material >= materials.len() || illumination >= maps.len() {
+            return None;
+        }
+        observations.push(Observation {
+            material,
+            illumination,
+            turn,
+            view,
+        });
+    }
+    let mut samples = Vec::with_capacity(random);
+    for _ in 0..random {
+        let illumination = next()? as usize;
+        let judged = next()? != 0.0;
+        let truth = Reflectance {
+            share: next()?,
+            sigma: next()?,
+        };
+        let view = (0..width).map(|_| next()).collect::<Option<Vec<f64>>>()?;
+        samples.push(Sample {
+            illumination,
+            judged,
+            truth,
+            view,
+        });
+    }
+    Some(Training {
+        named: Dataset {
+            materials: materials.iter().map(|m| m.name().to_owned()).collect(),
+            illuminations: maps.iter().map(|m| m.name().to_owned()).collect(),
+            observations,
+            render_error,
+        },
+        random: samples,
+    })
+}

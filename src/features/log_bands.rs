@@ -1,0 +1,188 @@
+//! How strong log radiance is in bands of azimuthal order and radial frequency.
+
+use nalgebra::DMatrix;
+
+use super::rings::{Modes, RingLayout, Unwrapped};
+use crate::illumination::Luminance;
+use crate::{Error, Result};
+
+/// The logarithm of radiance is taken of no less than this share of the picture's mean.
+const FLOOR: f64 = 1e-3;
+
+/// What is added to a band's mean square before its logarithm is taken: an amplitude of 10⁻³, which is what interpolation
+/// between the pixels of a 128² picture leaves in the highest bands.
+const FAINTEST: f64 = 1e-6;
+
+/// The first order or radial frequency of each band, and the end of the last.
+const EDGES: [usize; 11] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 33];
+
+/// The largest order, and the number of radial functions.
+const ORDERS: usize = 32;
+
+/// The percentiles of log radiance, over its standard deviation, that are features.
+const PERCENTILES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
+
+/// The plan of the features of log radiance of one view.
+///
+/// Light is far nearer to Gaussian in its logarithm (Dror, Willsky and Adelson 2004, doi:10.1167/4.9.11), and the exposure
+/// is a constant there. The sphere is unwrapped onto rings; along a ring log radiance splits into orders m, across rings
+/// into cosines k. A surface damps high m and k, a plastic's white highlight over a coloured body leaves a trace in the
+/// chromaticity where a metal's does not. The features are
+///
+/// - ln (E + 10⁻⁶), E the mean square per value in each band of (m, k), of three fields: ln luminance, ln R/G, ln B/G;
+/// - of ln luminance: ln of its variance, its skewness, ln of its kurtosis, and seven percentiles over its standard deviation;
+/// - the mean of ln R/G and of ln B/G.
+///
+/// Exposure changes none of them; a turn of the camera about its axis only as far as pixels are square.
+#[derive(Debug, Clone)]
+pub struct LogBands {
+    layout: RingLayout,
+    basis: DMatrix<f64>,
+}
+
+impl LogBands {
+    /// The plan for pictures that are unwrapped onto `rings` rings by a layout of the same viewpoint.
+    ///
+    /// # Errors
+    /// Fewer rings than 32 radial functions need.
+    pub fn new(layout: &RingLayout) -> Result<Self> {
+        let rings = layout.angles().len();
+        if rings < ORDERS + 1 || layout.orders() < ORDERS {
+            return Err(Error::Unanswerable(format!(
+                "the bands of log radiance need {} rings and {ORDERS} orders; the layout has {rings} and {}",
+                ORDERS + 1,
+                layout.orders()
+            )));
+        }
+        Ok(Self {
+            layout: layout.clone(),
+            basis: cosine_basis(rings, ORDERS + 1),
+        })
+    }
+
+    /// The features.
+    ///
+    /// # Errors
+    /// [`Error::Unanswerable`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
+    pub fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
+        let fields = log_fields(picture)?;
+        let amplitudes = Modes::of(picture, &self.layout, fields.of())?;
+        let mut features = Vec::new();
+        let rings = picture.rings() as f64;
+        for modes in &amplitudes {
+            // energy[m][k], of the mean square over the picture.
+            let energy: Vec<Vec<f64>> = (0..=ORDERS)
+                .map(|m| {
+                    let share = if m == 0 { 1.0 } else { 0.5 } / rings;
+                    let mut energy = vec![0.0; ORDERS + 1];
+                    for amplitudes in [modes.cosine(m), modes.sine(m)] {
+                        if amplitudes.is_empty() {
+                            continue;
+                        }
+                        for (k, energy) in energy.iter_mut().enumerate() {
+                            let column = self.basis.column(k);
+                            let dot: f64 = column.iter().zip(amplitudes).map(|(b, a)| b * a).sum();
+                            *energy += share * dot * dot;
+                        }
+                    }
+                    energy
+                })
+                .collect();
+            for orders in EDGES.windows(2) {
+                for radial in EDGES.windows(2) {
+                    if orders[0] == 0 && radial[0] == 0 {
+                        continue; // the mean
+                    }
+                    let sum: f64 = energy[orders[0]..orders[1]]
+                        .iter()
+                        .flat_map(|row| &row[radial[0]..radial[1]])
+                        .sum();
+                    features.push((sum + FAINTEST).ln());
+                }
+            }
+        }
+        let mut logs: Vec<f64> = picture.values().iter().map(|v| fields.at(*v)[0]).collect();
+        features.extend(moments(&logs));
+        logs.sort_by(f64::total_cmp);
+        let count = logs.len() as f64;
+        let mean = logs.iter().sum::<f64>() / count;
+        let variance = logs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
+        for level in PERCENTILES {
+            let at = logs[((level * (count - 1.0)).round() as usize).min(logs.len() - 1)];
+            features.push((at - mean) / (variance + 1e-4).sqrt());
+        }
+        for modes in &amplitudes[1..] {
+            features.push(modes.cosine(0).iter().sum::<f64>() / rings);
+        }
+        Ok(features)
+    }
+}
+
+/// ln of the variance, the skewness, ln of the kurtosis, each tame where nothing varies.
+pub(super) fn moments(values: &[f64]) -> [f64; 3] {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let (mut second, mut third, mut fourth) = (0.0, 0.0, 0.0);
+    for value in values {
+        let square = (value - mean).powi(2);
+        second += square;
+        third += square * (value - mean);
+        fourth += square * square;
+    }
+    let (second, third, fourth) = (second / count, third / count, fourth / count);
+    let tame = second + 1e-4;
+    [
+        (second + FAINTEST).ln(),
+        third / tame.powf(1.5),
+        (fourth / (tame * tame) + 0.1).ln(),
+    ]
+}
+
+/// How log radiance is taken of one picture.
+#[derive(Debug, Clone, Copy)]
+pub struct LogFields {
+    luminance: f64,
+    channels: [f64; 3],
+}
+
+impl LogFields {
+    /// ln luminance, ln R/G and ln B/G, none taken of less than a thousandth of the picture's mean.
+    pub fn at(&self, rgb: [f64; 3]) -> [f64; 3] {
+        let [r, g, b]: [f64; 3] = std::array::from_fn(|c| rgb[c].max(self.channels[c]).ln());
+        let luminance = Luminance::Rec709.of(rgb).max(self.luminance).ln();
+        [luminance, r - g, b - g]
+    }
+
+    /// [`Self::at`] as a function.
+    pub fn of(self) -> impl Fn([f64; 3]) -> [f64; 3] {
+        move |rgb| self.at(rgb)
+    }
+}
+
+/// How log radiance is taken of a picture.
+///
+/// # Errors
+/// [`Error::Unanswerable`] for a picture that is black.
+pub fn log_fields(picture: &Unwrapped) -> Result<LogFields> {
+    let mean = picture.mean();
+    let luminance = FLOOR * Luminance::Rec709.of(mean);
+    if luminance.is_nan() || luminance <= 0.0 {
+        return Err(Error::Unanswerable(
+            "the picture of the sphere is black".into(),
+        ));
+    }
+    Ok(LogFields {
+        luminance,
+        // A channel without any light still has a logarithm.
+        channels: mean.map(|mean| FLOOR * mean.max(luminance)),
+    })
+}
+
+/// The first cosines over the rings, orthonormal; column 0 is the constant.
+pub(crate) fn cosine_basis(rings: usize, functions: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(rings, functions, |r, k| {
+        let norm = if k == 0 { 1.0 } else { 2.0 } / rings as f64;
+        let angle = std::f64::consts::PI * k as f64 * (r as f64 + 0.5) / rings as f64;
+        norm.sqrt() * angle.cos()
+    })
+}
