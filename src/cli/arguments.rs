@@ -221,7 +221,7 @@ pub(super) struct Classify {
     #[arg(long, value_name = "NAME", default_value = "sampled")]
     pub(super) lobe: Variant,
     /// From how many directions about the vertical the spheres to learn from are seen.
-    #[arg(long, value_name = "N", default_value = "3")]
+    #[arg(long, value_name = "N", default_value = "2")]
     pub(super) turns: NonZeroUsize,
     /// Learn anew, without the features that an earlier run kept.
     #[arg(long)]

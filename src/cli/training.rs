@@ -71,8 +71,8 @@ fn plan(kind: Kind, lobe: Variant, turns: usize) -> TrainingPlan {
             turns,
         },
         random: RandomReflectances {
-            roughnesses: 4,
-            colours: 3,
+            roughnesses: 3,
+            colours: 4,
             ..RandomReflectances::default()
         },
     }
