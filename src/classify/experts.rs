@@ -173,7 +173,7 @@ pub fn light_spectrum(
 ///
 /// Radiance is far from Gaussian, its logarithm is near (Dror, Willsky and Adelson 2004, doi:10.1167/4.9.11). Per order the amplitudes
 /// over the first cosines across the rings are Gaussian with a covariance that is learned and shrunk to its diagonal, and light
-/// differs in contrast: one unknown factor on all variances of a picture, with a scaled inverse χ² prior of [`DEGREES_OF_FREEDOM`],
+/// differs in contrast: one unknown factor on all variances of a picture, with a scaled inverse χ² prior of 50 degrees of freedom,
 /// integrates out to a Student t. The mean over the picture is left out, and with it the exposure.
 #[derive(Debug)]
 pub struct LogRadianceExpert {

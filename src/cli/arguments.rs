@@ -83,7 +83,7 @@ pub(super) struct Reproduce {
     /// The seed of the sensor's noise and of the random reflectances.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     pub(super) seed: u64,
-    /// Write the table of protocols and classifiers into a Markdown file, between its two marks.
+    /// Write the table of protocols and classifiers into a Markdown file, between its two marks, and the calibration beside it.
     #[arg(long, value_name = "FILE")]
     pub(super) write: Option<PathBuf>,
     /// What stands behind the sphere in the page's figures: mirror, half-turn or zero.

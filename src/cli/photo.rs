@@ -151,7 +151,7 @@ impl Photo {
             encoded: true,
             // The diagonal of a film of 36 × 24 mm is 43.27 mm.
             focal: exif
-                .and_then(|raw| focal_length_on_film(raw))
+                .and_then(focal_length_on_film)
                 .map(|millimetres| millimetres / 36f64.hypot(24.0) * diagonal),
         })
     }

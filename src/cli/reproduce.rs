@@ -182,6 +182,11 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
     output.commit()?;
     if let Some(path) = &options.write {
         write_between_marks(path, &beyond.markdown())?;
+        if let Some(row) = &beyond.continuous {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let plot = path.with_file_name(format!("{stem}-calibration.svg"));
+            write_file(&plot, calibration(&row.coverage).as_bytes())?;
+        }
         println!("wrote the table into {}", path.display());
     }
     println!("wrote {}", options.out.join("index.html").display());
