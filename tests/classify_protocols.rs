@@ -93,7 +93,8 @@ fn a_reading_without_exposure_is_that_of_the_scaled_picture() {
     close(&a.unbiased, &b.unbiased, 1e-9);
     for (a, b) in a.paper.iter().zip(&b.paper) {
         for (a, b) in a.to_array().iter().zip(b.to_array()) {
-            assert!((a / b - 1.0).abs() < 1e-9, "{a} and {b}");
+            // v7 is a degree and may be 0.
+            assert!((a - b).abs() <= 1e-9 * b.abs(), "{a} and {b}");
         }
     }
 }
@@ -221,10 +222,11 @@ fn a_posterior_is_honest_where_its_model_is_true() {
     assert_eq!(calibration.count, 600);
     // A noise of 0.3 in ln σ has a median error of 0.2; the third feature helps.
     assert!(calibration.sigma_error < 0.22, "{calibration:?}");
-    // A coverage of 0.9 over 600 has a standard deviation of 0.012.
+    // A coverage of 0.8 over 600 has a standard deviation of 0.016, and the grid's cells, 0.17 wide in ln σ where a posterior is
+    // 0.28, widen the intervals.
     for &(level, sigma, share) in &calibration.coverage {
         assert!(
-            (sigma - level).abs() < 0.07 && (share - level).abs() < 0.07,
+            (-0.05..0.1).contains(&(sigma - level)) && (-0.05..0.1).contains(&(share - level)),
             "{calibration:?}"
         );
     }

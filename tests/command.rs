@@ -139,6 +139,19 @@ fn bad_options_get_a_sentence() {
     );
     fails(
         at,
+        &[
+            "reproduce",
+            "--out",
+            "r",
+            "--materials",
+            "none.toml",
+            "--write",
+            "file",
+        ],
+        &["none.toml"],
+    );
+    fails(
+        at,
         &["reproduce", "--out", "r", "--materials", "none.toml"],
         &["none.toml"],
     );
@@ -168,6 +181,11 @@ fn reproduce_writes_the_whole_page() {
     ] {
         std::fs::write(at.join(format!("maps/{name}.hdr")), hdr(64, 32, rgbe)).unwrap();
     }
+    std::fs::write(
+        at.join("table.md"),
+        "before\n<!-- table -->\nold\n<!-- end of table -->\nafter",
+    )
+    .unwrap();
     let output = lobes(
         &[
             "reproduce",
@@ -175,6 +193,18 @@ fn reproduce_writes_the_whole_page() {
             "maps",
             "--size",
             "32",
+            "--turns",
+            "1",
+            "--protocol",
+            "blind",
+            "--protocol",
+            "photograph",
+            "--classifier",
+            "paper",
+            "--classifier",
+            "needlets-discriminant",
+            "--write",
+            "table.md",
             "--out",
             "r",
         ],
@@ -184,6 +214,12 @@ fn reproduce_writes_the_whole_page() {
         output.status.success(),
         "{}",
         String::from_utf8_lossy(&output.stderr)
+    );
+    let written = std::fs::read_to_string(at.join("table.md")).unwrap();
+    assert!(written.starts_with("before") && written.ends_with("after"));
+    assert!(
+        written.contains("| blind | paper |")
+            && written.contains("| photograph | needlets-discriminant |")
     );
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("94.4 %") && said.contains("78.8 %"), "{said}");
