@@ -175,16 +175,17 @@ impl Discriminant {
             .zip(&counts)
             .map(|(sum, count)| sum / *count)
             .collect();
+        // Fewer pictures than features leave no variance in some direction: a trace of the variance of all is added.
+        let trace = 1e-9 * (scatter.diagonal().max() / total).max(1e-12);
         for (mean, count) in means.iter().zip(&counts) {
             scatter.ger(-*count, mean, mean, 1.0);
         }
         scatter /= total;
         let diagonal = scatter.diagonal();
-        let largest = diagonal.max();
         scatter *= 1.0 - self.shrinkage;
         for i in 0..size {
-            // A feature that never varies decides nothing.
-            scatter[(i, i)] += self.shrinkage * diagonal[i] + 1e-9 * largest.max(1e-12);
+            // Rounding can leave a variance below 0.
+            scatter[(i, i)] += self.shrinkage * diagonal[i].max(0.0) + trace;
         }
         let factor = Cholesky::new(scatter).ok_or_else(|| {
             Error::Unanswerable("the features of the pictures have no covariance".into())

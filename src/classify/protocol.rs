@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::illumination::{EnvironmentMap, Luminance};
 use crate::reflectance::{Material, Roughness, Variant};
-use crate::reflection::{Camera, Renderer, Settings, SphereImage, Viewpoint};
+use crate::reflection::{Camera, Renderer, Rendering, Settings, SphereImage, Viewpoint};
 use crate::{Error, Parallelism, Result};
 
 /// Which pictures a classifier is tried on, and what it is told of them.
@@ -194,6 +194,28 @@ pub struct Plan {
     pub turns: usize,
 }
 
+/// A picture to the tolerance of the settings or, where the renderer cannot meet that, to three times it:
+/// [`Dataset::render_error`] tells.
+fn render(
+    renderer: &Renderer,
+    material: &Material,
+    lobe: Variant,
+    camera: &Camera,
+    settings: &Settings,
+) -> Result<Rendering> {
+    let one = Parallelism::Sequential;
+    match renderer.render(material, lobe, camera, settings, one) {
+        Err(Error::Tolerance { .. }) => {
+            let wider = Settings {
+                tolerance: (3.0 * settings.tolerance).min(0.1),
+                ..*settings
+            };
+            renderer.render(material, lobe, camera, &wider, one)
+        }
+        rendering => rendering,
+    }
+}
+
 /// Pictures of the same sphere that add up: a white diffuse one and a white specular one of each roughness.
 pub(super) struct Parts {
     diffuse: SphereImage,
@@ -212,8 +234,7 @@ impl Parts {
         lobe: Variant,
         settings: &Settings,
     ) -> Result<Self> {
-        let one = Parallelism::Sequential;
-        let white = renderer.render(&Material::white(), lobe, camera, settings, one)?;
+        let white = render(renderer, &Material::white(), lobe, camera, settings)?;
         let mut error = white.error;
         let mut specular: Vec<(f64, SphereImage)> = Vec::new();
         for sigma in sigmas {
@@ -233,7 +254,7 @@ impl Parts {
                 },
                 ..*settings
             };
-            let part = renderer.render(&material, lobe, camera, &settings, one)?;
+            let part = render(renderer, &material, lobe, camera, &settings)?;
             error = error.max(part.error);
             let size = part.image.size();
             let pixels = (0..size * size).map(|i| {

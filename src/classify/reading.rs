@@ -21,7 +21,7 @@ pub struct Reading {
     pub bands: Vec<f64>,
     /// The mean of each channel over the picture.
     pub mean: [f64; 3],
-    /// amplitudes[m]: of ln luminance, cosine and sine columns over [`Reader::FUNCTIONS`] radial functions.
+    /// By order m: the amplitudes of ln luminance, cosine and sine columns over [`Reader::FUNCTIONS`] radial functions.
     pub log_amplitudes: Vec<DMatrix<f64>>,
     /// What only pictures that are judged are asked for.
     pub judged: Option<JudgedReading>,
