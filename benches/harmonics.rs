@@ -1,7 +1,7 @@
 //! Transforms, rotation and values at directions: `cargo bench --bench harmonics`.
 //!
 //! With `peers` as its only argument it answers `scripts/bench-peers` instead: one line asks for `operation degree batch threads
-//! repeats`, one line answers with the shortest time in seconds and a few values of the result.
+//! seconds`, one line answers with the shortest time of those that fit into so many seconds, and with four values of the result.
 
 use std::hint::black_box;
 use std::io::{BufRead, Write};
@@ -39,13 +39,18 @@ fn turn() -> DQuat {
     DQuat::from_rotation_z(0.3) * DQuat::from_rotation_y(0.7) * DQuat::from_rotation_z(1.1)
 }
 
+/// Four values of a result, a fifth of it apart.
+fn samples(values: &[f64]) -> [f64; 4] {
+    std::array::from_fn(|i| values[(i + 1) * values.len() / 5])
+}
+
 /// One operation, ready to run.
 fn operation(
     name: &str,
     degree: usize,
     batch: usize,
     parallelism: Parallelism,
-) -> lobes::Result<Box<dyn FnMut() -> f64>> {
+) -> lobes::Result<Box<dyn FnMut() -> lobes::Result<[f64; 4]>>> {
     let count = (degree + 1).pow(2);
     Ok(match name {
         "synthesis" | "analysis" => {
@@ -59,22 +64,24 @@ fn operation(
                 Box::new(move || {
                     transform
                         .synthesise_into(batch, &sets, &mut maps, &mut scratch, parallelism)
-                        .map_or(f64::NAN, |()| maps[maps.len() / 3])
+                        .map(|()| samples(&maps))
                 })
             } else {
                 Box::new(move || {
                     transform
                         .analyse_into(batch, &maps, &mut sets, &mut scratch, parallelism)
-                        .map_or(f64::NAN, |()| sets[sets.len() / 3])
+                        .map(|()| samples(&sets))
                 })
             }
         }
         "rotation" => {
             let plan = Rotation::new(degree)?;
             let f = Coefficients::from_vec(degree, degree, numbers(1, count))?;
+            let mut g = Coefficients::zeros(degree);
+            let mut scratch = vec![0.0; plan.scratch_len()];
             Box::new(move || {
-                plan.rotate(&f, turn(), parallelism)
-                    .map_or(f64::NAN, |g| g.get(degree, (degree / 2) as isize))
+                plan.rotate_into(&f, turn(), &mut g, &mut scratch, parallelism)
+                    .map(|()| samples(g.as_slice()))
             })
         }
         "values" => {
@@ -84,18 +91,18 @@ fn operation(
             Box::new(move || {
                 basis
                     .values(&directions, &mut out, parallelism)
-                    .map_or(f64::NAN, |()| out[out.len() / 3])
+                    .map(|()| samples(&out))
             })
         }
         "gradients" => {
             let basis = Basis::new(degree)?;
             let directions = directions(batch);
-            let f = Coefficients::from_vec(degree, degree, numbers(1, count))?;
-            let mut out = vec![(0.0, DVec3::ZERO); batch];
+            let mut values = vec![0.0; batch * count];
+            let mut gradients = vec![0.0; 3 * batch * count];
             Box::new(move || {
                 basis
-                    .gradients(&f, &directions, &mut out, parallelism)
-                    .map_or(f64::NAN, |()| out[batch / 3].0)
+                    .values_and_gradients(&directions, &mut values, &mut gradients, parallelism)
+                    .map(|()| samples(&gradients))
             })
         }
         other => {
@@ -108,15 +115,16 @@ fn operation(
 
 /// Answers `scripts/bench-peers` until its input ends.
 fn serve() -> Result<(), Box<dyn std::error::Error>> {
-    let mut cache: Option<(String, Box<dyn FnMut() -> f64>)> = None;
+    let mut cache = None;
     for line in std::io::stdin().lock().lines() {
         let line = line?;
         let words: Vec<&str> = line.split_whitespace().collect();
-        let [name, degree, batch, threads, repeats] = words[..] else {
+        let [name, degree, batch, threads, budget] = words[..] else {
             return Err(format!("{line:?} is not a question").into());
         };
         let key = format!("{name} {degree} {batch} {threads}");
         if cache.as_ref().is_none_or(|(k, _)| *k != key) {
+            drop(cache.take());
             let parallelism = if threads == "1" {
                 Parallelism::Sequential
             } else {
@@ -126,14 +134,18 @@ fn serve() -> Result<(), Box<dyn std::error::Error>> {
             cache = Some((key, run));
         }
         let Some((_, run)) = &mut cache else { continue };
-        let mut best = Duration::MAX;
-        let mut value = 0.0;
-        for _ in 0..repeats.parse()? {
+        let budget = Duration::from_secs_f64(budget.parse()?);
+        let (mut best, begin) = (Duration::MAX, Instant::now());
+        let values = loop {
             let start = Instant::now();
-            value = black_box(run());
+            let values = black_box(run()?);
             best = best.min(start.elapsed());
-        }
-        println!("{:e} {value:?}", best.as_secs_f64());
+            if begin.elapsed() > budget {
+                break values;
+            }
+        };
+        let [a, b, c, d] = values;
+        println!("{:e} {a:?} {b:?} {c:?} {d:?}", best.as_secs_f64());
         std::io::stdout().flush()?;
     }
     Ok(())
@@ -154,12 +166,14 @@ fn benchmark(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::from_parameter(degree), |b| b.iter(&mut run));
         }
     }
-    let mut group = criterion.benchmark_group("values at 1000 directions");
-    for degree in [8, 16, 45] {
-        let Ok(mut run) = operation("values", degree, 1000, Parallelism::Sequential) else {
-            continue;
-        };
-        group.bench_function(BenchmarkId::from_parameter(degree), |b| b.iter(&mut run));
+    for name in ["values", "gradients"] {
+        let mut group = criterion.benchmark_group(format!("{name} at 1000 directions"));
+        for degree in [8, 16, 45] {
+            let Ok(mut run) = operation(name, degree, 1000, Parallelism::Sequential) else {
+                continue;
+            };
+            group.bench_function(BenchmarkId::from_parameter(degree), |b| b.iter(&mut run));
+        }
     }
 }
 

@@ -49,6 +49,17 @@ for seed, (grid, rings, columns, degree) in enumerate(
     # A map of noise holds every degree, so the quadrature itself is compared and not only its exactness.
     snapshot.case("analysis", **shape, coefficients=analysis(grid, rings, columns, degree, seed))
 
+# The last degree that equiangular rings carry: twice what weights on them serve. ducc0 finds its coefficients again as well.
+for seed, (grid, rings, columns, degree) in enumerate(
+    [("fejer", 20, 41, 19), ("fejer", 21, 44, 20), ("clenshaw-curtis", 20, 37, 18), ("clenshaw-curtis", 21, 40, 19)], start=150
+):
+    alm = to_complex(uniform(seed, (degree + 1) ** 2), degree)[None]
+    options = {"lmax": degree, "spin": 0, "geometry": GRIDS[grid][0]}
+    again = ducc0.sht.analysis_2d(map=ducc0.sht.synthesis_2d(alm=alm, ntheta=rings, nphi=columns, **options), **options)
+    assert np.abs(again - alm).max() < 1e-13
+    field = synthesis(grid, rings, columns, degree, seed)
+    snapshot.case("analysis-full", grid=grid, rings=rings, columns=columns, degree=degree, seed=seed, map=field)
+
 for seed, (grid, rings, columns, degree) in enumerate([("gauss-legendre", 256, 512, 255), ("fejer", 512, 512, 255)], start=200):
     field = synthesis(grid, rings, columns, degree, seed).reshape(rings, columns)
     shown = [0, 1, rings // 4, rings // 2, rings - 1]

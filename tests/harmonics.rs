@@ -68,6 +68,10 @@ fn round_trip_on_every_grid() {
         (Grid::clenshaw_curtis(65, 64), "Clenshaw–Curtis"),
         (Grid::fejer(64, 65), "Fejér"),
         (Grid::lat_long(64, 128), "lat-long"),
+        // Past what weights serve, to the last degree that the rings carry.
+        (Grid::fejer(33, 66), "Fejér, odd"),
+        (Grid::clenshaw_curtis(34, 65), "Clenshaw–Curtis, even"),
+        (Grid::clenshaw_curtis(41, 81), "Clenshaw–Curtis, odd"),
     ] {
         let grid = grid.unwrap();
         for orders in [grid.max_degree(), 5] {
@@ -323,6 +327,54 @@ fn gradient_is_the_slope() {
 }
 
 #[test]
+fn gradients_of_each_harmonic_make_up_that_of_the_sum() {
+    for degree in [0, 1, 7, 8, 20, 60] {
+        let basis = Basis::new(degree).unwrap();
+        let count = basis.count();
+        let f = random(degree, degree, 13);
+        let mut generator = Pcg64::seed_from_u64(14);
+        let mut directions: Vec<DVec3> = (0..69)
+            .map(|_| DVec3::from_array(std::array::from_fn(|_| generator.random_range(-1.0..1.0))))
+            .collect();
+        directions.extend([
+            DVec3::Z,
+            DVec3::NEG_Z,
+            DVec3::Y,
+            DVec3::new(1e-9, -2e-9, -1.0),
+        ]);
+        let n = directions.len();
+        let (mut values, mut gradients) =
+            (vec![f64::NAN; n * count], vec![f64::NAN; 3 * n * count]);
+        let (mut plain, mut sums) = (vec![f64::NAN; n * count], vec![(0.0, DVec3::ZERO); n]);
+        basis
+            .values_and_gradients(&directions, &mut values, &mut gradients, Parallelism::Rayon)
+            .unwrap();
+        basis
+            .values(&directions, &mut plain, Parallelism::Rayon)
+            .unwrap();
+        basis
+            .gradients(&f, &directions, &mut sums, Parallelism::Sequential)
+            .unwrap();
+        assert!(largest_difference(&values, &plain) < 4e-15);
+        let dot = |row: &[f64]| -> f64 { row.iter().zip(f.as_slice()).map(|(a, b)| a * b).sum() };
+        for (i, (value, gradient)) in sums.iter().enumerate() {
+            assert!(
+                (dot(&plain[i * count..(i + 1) * count]) - value).abs()
+                    < 1e-13 * (degree + 1) as f64
+            );
+            let made = DVec3::from_array(std::array::from_fn(|axis| {
+                dot(&gradients[(3 * i + axis) * count..(3 * i + axis + 1) * count])
+            }));
+            let error = (made - *gradient).length();
+            assert!(
+                error < 1e-13 * ((degree + 1) as f64).powi(2),
+                "degree {degree}, direction {i}: {error:e}"
+            );
+        }
+    }
+}
+
+#[test]
 fn past_the_end_is_an_error() {
     assert!(Basis::new(MAX_BASIS_DEGREE + 1).is_err());
     assert!(Rotation::new(2049).is_err());
@@ -400,4 +452,39 @@ fn conventions_there_and_back() {
         Order::ByDegree,
     );
     assert!((schmidt[0] + schmidt[3] * 0.6 - value).abs() < 1e-15);
+}
+
+/// The polynomials as two much copied papers print them, to their six digits: `docs/conventions.md`.
+#[test]
+fn printed_polynomials() {
+    let d = DVec3::new(0.48, 0.64, 0.6);
+    let (x, y, z) = (d.x, d.y, d.z);
+    // Ramamoorthi and Hanrahan 2001 (doi:10.1145/383259.383317), equation 3, by l² + l + m.
+    let ramamoorthi = [
+        0.282095,
+        0.488603 * y,
+        0.488603 * z,
+        0.488603 * x,
+        1.092548 * x * y,
+        1.092548 * y * z,
+        0.315392 * (3.0 * z * z - 1.0),
+        1.092548 * x * z,
+        0.546274 * (x * x - y * y),
+    ];
+    // Sloan 2008, "Stupid Spherical Harmonics (SH) Tricks", appendix A2: the odd orders are negative.
+    let mut sloan = ramamoorthi;
+    for i in [1, 3, 5, 7] {
+        sloan[i] = -sloan[i];
+    }
+    for (printed, convention) in [
+        (ramamoorthi, Convention::default()),
+        (sloan, Convention::HEALPIX),
+    ] {
+        for (i, value) in printed.iter().enumerate() {
+            let mut one = [0.0; 9];
+            one[i] = 1.0;
+            let f = Coefficients::from_real(2, convention, Order::ByDegree, &one).unwrap();
+            assert!((evaluate(&f, d).unwrap() - value).abs() < 1e-6, "{i}");
+        }
+    }
 }

@@ -14,6 +14,7 @@ mod table;
 mod basis;
 mod beckmann;
 mod colorimetry;
+mod convention;
 mod convolution;
 mod evaluation;
 mod invariance;
@@ -128,6 +129,7 @@ pub fn contracts() -> Vec<Contract> {
         transform::contracts(),
         convolution::contracts(),
         rotation::contracts(),
+        convention::contracts(),
         invariance::contracts(),
         reflectance::contracts(),
         beckmann::contracts(),

@@ -49,6 +49,17 @@ pub(super) fn contracts() -> Vec<Contract> {
             measure: analysis,
         },
         Contract {
+            id: "transform/analysis-full",
+            function: "harmonics::Transform::analyse",
+            oracle: ORACLE,
+            domain: "maps of random coefficients of the last degree that the rings carry: 19 and 20 on 20 and 21 Fejér rings, 18 and 19 on Clenshaw–Curtis rings",
+            metric: Metric::Absolute,
+            bound: 1e-14,
+            why: "coefficients of order one; ducc0's map and its error as in transform/synthesis",
+            loose: None,
+            measure: analysis_full,
+        },
+        Contract {
             id: "transform/synthesis-high",
             function: "harmonics::Transform::synthesise",
             oracle: ORACLE,
@@ -171,6 +182,19 @@ fn analysis(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
             .fold(0.0, |a: f64, b| a.max(b.abs()));
         for (l, m) in degrees_and_orders(shape.degree) {
             tally.compare_scaled(got.get(l, m), want.get(l, m), scale, || {
+                format!("{}, l = {l}, m = {m}", shape.grid)
+            });
+        }
+    }
+    Ok(())
+}
+
+fn analysis_full(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for Synthesis { shape, map } in snapshots.cases("transform", "analysis-full")? {
+        let got = shape.transform()?.analyse(&map)?;
+        let want = noise(shape.degree, shape.seed);
+        for (l, m) in degrees_and_orders(shape.degree) {
+            tally.compare(got.get(l, m), want.get(l, m), || {
                 format!("{}, l = {l}, m = {m}", shape.grid)
             });
         }

@@ -15,6 +15,7 @@ mod coefficients;
 mod convention;
 mod kernel;
 pub mod legendre;
+mod meridian;
 mod partial;
 mod point;
 mod recurrence;

@@ -11,7 +11,7 @@ use super::recurrence::{LANES, Lanes};
 use super::ring_fft::transpose;
 use super::simd::wide;
 use super::wide_double::WideDouble;
-use super::work::over_chunks;
+use super::work::{over_chunk_pairs, over_chunks};
 use crate::error::check_length;
 use crate::sphere::double_double::DoubleDouble;
 use crate::{Error, Parallelism, Result};
@@ -24,6 +24,9 @@ const DOUBLE_DEGREE: usize = 48;
 
 /// The values are carried multiplied by this, so that no P̄_mm that matters later underflows: the smallest, at m = 2048/e, is 10⁻³²⁷.
 const SCALE: f64 = (1u128 << 127) as f64 * (1u128 << 127) as f64 * (1u128 << 127) as f64;
+
+/// As near the pole as this a direction is the pole: no value changes by more.
+const POLE: f64 = 1e-140;
 
 /// How many directions one thread takes at a time.
 const CHUNK: usize = 8 * LANES;
@@ -147,20 +150,73 @@ impl Basis {
         let tables = &*self.0;
         over_chunks(parallelism, out, CHUNK * count, |chunk, out| {
             let directions = &directions[chunk * CHUNK..];
-            let mut column = vec![[0.0; LANES]; tables.degree + 1];
-            let mut stage = vec![[0.0; LANES]; count.next_multiple_of(LANES)];
             for (out, directions) in out.chunks_mut(LANES * count).zip(directions.chunks(LANES)) {
-                let octet = Octet::new(directions);
+                // One pass in order brings the rows into the cache: they are written eight at a time, which memory takes badly.
+                out.fill(0.0);
                 wide!(tables.level, simd => {
+                    let octet = Octet::new(simd, directions);
                     if tables.degree <= DOUBLE_DEGREE {
-                        tables.stage_values::<_, false>(simd, &octet, &mut column, &mut stage);
+                        tables.write_values::<_, false>(simd, &octet, out);
                     } else {
-                        tables.stage_values::<_, true>(simd, &octet, &mut column, &mut stage);
+                        tables.write_values::<_, true>(simd, &octet, out);
                     }
-                    spread(simd, &stage, out, count);
                 });
             }
         });
+        Ok(())
+    }
+
+    /// Every Y_l^m at each direction and its gradient on the unit sphere: `values` as of [`values`](Self::values), and
+    /// `gradients[(3 direction + axis) · count + index]` the components of the tangent vector whose product with a small step is the
+    /// change of the value. (sphericart's layout, but for the index.)
+    ///
+    /// # Errors
+    /// As [`values`](Self::values); `gradients` has three times as many numbers as `values`.
+    pub fn values_and_gradients(
+        &self,
+        directions: &[DVec3],
+        values: &mut [f64],
+        gradients: &mut [f64],
+        parallelism: Parallelism,
+    ) -> Result<()> {
+        let count = self.count();
+        check_length(
+            "the values of the basis",
+            directions.len() * count,
+            values.len(),
+        )?;
+        check_length(
+            "the gradients of the basis",
+            3 * directions.len() * count,
+            gradients.len(),
+        )?;
+        check_directions(directions)?;
+        let tables = &*self.0;
+        let length = CHUNK * count;
+        over_chunk_pairs(
+            parallelism,
+            (values, length),
+            (gradients, 3 * length),
+            |chunk, values, gradients| {
+                let directions = &directions[chunk * CHUNK..];
+                for ((values, gradients), directions) in values
+                    .chunks_mut(LANES * count)
+                    .zip(gradients.chunks_mut(3 * LANES * count))
+                    .zip(directions.chunks(LANES))
+                {
+                    values.fill(0.0);
+                    gradients.fill(0.0);
+                    wide!(tables.level, simd => {
+                        let octet = Octet::new(simd, directions);
+                        if tables.degree <= DOUBLE_DEGREE {
+                            tables.write_gradients::<_, false>(simd, &octet, values, gradients);
+                        } else {
+                            tables.write_gradients::<_, true>(simd, &octet, values, gradients);
+                        }
+                    });
+                }
+            },
+        );
         Ok(())
     }
 
@@ -181,14 +237,13 @@ impl Basis {
         let tables = &*self.0;
         over_chunks(parallelism, out, CHUNK, |chunk, out| {
             let directions = &directions[chunk * CHUNK..];
-            let mut column = vec![[0.0; LANES]; tables.degree + 1];
             for (out, directions) in out.chunks_mut(LANES).zip(directions.chunks(LANES)) {
-                let octet = Octet::new(directions);
                 let sums = wide!(tables.level, simd => {
+                    let octet = Octet::new(simd, directions);
                     if tables.degree <= DOUBLE_DEGREE {
-                        tables.sum::<_, false>(simd, coefficients, &octet, &mut column)
+                        tables.sum::<_, false>(simd, coefficients, &octet)
                     } else {
-                        tables.sum::<_, true>(simd, coefficients, &octet, &mut column)
+                        tables.sum::<_, true>(simd, coefficients, &octet)
                     }
                 });
                 out.copy_from_slice(&sums[..out.len()]);
@@ -214,15 +269,15 @@ impl Basis {
         let tables = &*self.0;
         over_chunks(parallelism, out, CHUNK, |chunk, out| {
             let directions = &directions[chunk * CHUNK..];
-            let mut column = vec![[0.0; LANES]; tables.degree + 1];
             for (out, directions) in out.chunks_mut(LANES).zip(directions.chunks(LANES)) {
-                let octet = Octet::new(directions);
-                let [value, theta, phi] = wide!(tables.level, simd => {
-                    if tables.degree <= DOUBLE_DEGREE {
-                        tables.slope::<_, false>(simd, coefficients, &octet, &mut column)
+                let (octet, [value, theta, phi]) = wide!(tables.level, simd => {
+                    let octet = Octet::new(simd, directions);
+                    let slope = if tables.degree <= DOUBLE_DEGREE {
+                        tables.slope::<_, false>(simd, coefficients, &octet)
                     } else {
-                        tables.slope::<_, true>(simd, coefficients, &octet, &mut column)
-                    }
+                        tables.slope::<_, true>(simd, coefficients, &octet)
+                    };
+                    (octet, slope)
                 });
                 for (i, out) in out.iter_mut().enumerate() {
                     let (c, s) = (octet.cos_phi[0][i], octet.sin_phi[0][i]);
@@ -330,37 +385,55 @@ fn push_steps(m: usize, degree: usize, steps: &mut Vec<Step>) {
 
 impl Octet {
     /// Up to eight directions; the missing ones are +z.
-    fn new(directions: &[DVec3]) -> Self {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, directions: &[DVec3]) -> Self {
         let mut octet = Self {
             y: [[0.0; LANES]; 2],
             sin: [[0.0; LANES]; 2],
-            cos_phi: [[1.0; LANES], [0.0; LANES]],
+            cos_phi: [[0.0; LANES]; 2],
             sin_phi: [[0.0; LANES]; 2],
             side: [1.0; LANES],
         };
-        for (lane, direction) in directions.iter().enumerate() {
+        let mut coordinates = [[0.0; LANES], [0.0; LANES], [1.0; LANES]];
+        for (lane, d) in directions.iter().take(LANES).enumerate() {
             // A power of two, so that no square overflows or underflows.
-            let size = direction.abs().max_element();
-            let scale = f64::from_bits(
-                (size.to_bits() & 0x7FF0_0000_0000_0000).clamp(1 << 52, 0x7FD << 52),
-            );
-            let d = *direction / scale;
-            let square = |v: f64| DoubleDouble::product(v, v);
-            let across2 = square(d.x) + square(d.y);
-            let across = across2.sqrt();
-            let length = (across2 + square(d.z)).sqrt();
-            let rest = length * (length + DoubleDouble::from(d.z.abs()));
-            let mut set = |field: fn(&mut Self) -> &mut [Lanes; 2], value: DoubleDouble| {
-                let [hi, lo] = field(&mut octet);
-                (hi[lane], lo[lane]) = (value.hi, value.lo);
-            };
-            set(|o| &mut o.y, across2.divide(rest));
-            set(|o| &mut o.sin, across.divide(length));
-            if across.hi > 0.0 {
-                set(|o| &mut o.cos_phi, DoubleDouble::from(d.x).divide(across));
-                set(|o| &mut o.sin_phi, DoubleDouble::from(d.y).divide(across));
-            }
+            let size = d.x.abs().max(d.y.abs()).max(d.z.abs());
+            let exponent = (size.to_bits() & 0x7FF0_0000_0000_0000).clamp(1 << 52, 0x7FD << 52);
+            let scale = f64::from_bits((0x7FE << 52) - exponent);
+            coordinates[0][lane] = d.x * scale;
+            coordinates[1][lane] = d.y * scale;
+            coordinates[2][lane] = d.z.abs() * scale;
             octet.side[lane] = if d.z < 0.0 { -1.0 } else { 1.0 };
+        }
+        let zero = f64x8::splat(simd, 0.0);
+        let [x, y, z] = coordinates;
+        let x = f64x8::load_array(simd, x);
+        let y = f64x8::load_array(simd, y);
+        let z = f64x8::load_array(simd, z);
+        let across2 = WideDouble::product(x, x).plus(WideDouble::product(y, y));
+        let across = across2.sqrt();
+        let length = across2.plus(WideDouble::product(z, z)).sqrt();
+        let z = WideDouble { hi: z, lo: zero };
+        let rest = length.times(length.plus(z));
+        across2.divide(rest).store(&mut octet.y);
+        across.divide(length).store(&mut octet.sin);
+        let x = WideDouble { hi: x, lo: zero };
+        let y = WideDouble { hi: y, lo: zero };
+        x.divide(across).store(&mut octet.cos_phi);
+        y.divide(across).store(&mut octet.sin_phi);
+        // At a pole the divisions were by zero, and closer to it than this the squares lose their digits.
+        for lane in 0..LANES {
+            if coordinates[0][lane].abs().max(coordinates[1][lane].abs()) < POLE {
+                for (field, value) in [
+                    (&mut octet.y, 0.0),
+                    (&mut octet.sin, 0.0),
+                    (&mut octet.cos_phi, 1.0),
+                    (&mut octet.sin_phi, 0.0),
+                ] {
+                    field[0][lane] = value;
+                    field[1][lane] = 0.0;
+                }
+            }
         }
         octet
     }
@@ -411,75 +484,314 @@ impl<S: Simd> Orders<S> {
     }
 }
 
+/// The recurrence of one order, degree by degree.
+struct Column<S: Simd, const EXACT: bool> {
+    p: WideDouble<S>,
+    d: WideDouble<S>,
+    y: WideDouble<S>,
+    sign: f64x8<S>,
+    other: f64x8<S>,
+}
+
+impl<S: Simd, const EXACT: bool> Column<S, EXACT> {
+    #[inline(always)]
+    fn new(simd: S, first: DoubleDouble, orders: &Orders<S>) -> Self {
+        let mut p = WideDouble::splat(simd, first).times(orders.power);
+        if !EXACT {
+            p.hi = p.rounded();
+        }
+        let one = f64x8::splat(simd, 1.0 / SCALE);
+        Self {
+            p,
+            d: p,
+            y: orders.y,
+            sign: one,
+            other: one * orders.side,
+        }
+    }
+
+    /// The next P̄_lm, or P̄_lm/sin θ where the power is one less.
+    #[inline(always)]
+    fn next(&mut self, simd: S, step: &Step) -> f64x8<S> {
+        let sign = self.sign;
+        (self.sign, self.other) = (self.other, self.sign);
+        if EXACT {
+            let value = self.p.rounded() * sign * step.alpha;
+            let u = WideDouble::splat(simd, step.excess)
+                .minus(WideDouble::splat(simd, step.a).times(self.y));
+            self.d = self.d.plus(u.times(self.p));
+            self.p = self.p.plus(self.d);
+            value
+        } else {
+            let value = self.p.hi * sign * step.alpha;
+            let a = f64x8::splat(simd, -step.a.hi);
+            let u = self.y.hi.mul_add(a, f64x8::splat(simd, step.excess.hi));
+            let u = self.y.lo.mul_add(a, u);
+            self.d.hi = u.mul_add(self.p.hi, self.d.hi);
+            self.p.hi += self.d.hi;
+            value
+        }
+    }
+}
+
+/// Eight consecutive values of eight directions.
+type Tile<S> = [f64x8<S>; LANES];
+
+/// Rows of `count` values, the first at `offset` and the others `stride` apart, one for each direction.
+struct Rows<S: Simd> {
+    offset: usize,
+    stride: usize,
+    count: usize,
+    /// The last eight values of each row, which are written last.
+    tail: Tile<S>,
+}
+
+impl<S: Simd> Rows<S> {
+    #[inline(always)]
+    fn new(simd: S, offset: usize, stride: usize, count: usize) -> Self {
+        Self {
+            offset,
+            stride,
+            count,
+            tail: [f64x8::splat(simd, 0.0); LANES],
+        }
+    }
+
+    /// Writes the first `used` of eight values of each direction from `at` on. Where the row has room all eight are written: what
+    /// follows them is written later.
+    #[inline(always)]
+    fn put(&mut self, out: &mut [f64], at: usize, tile: &Tile<S>, used: usize) {
+        if at + 2 * LANES > self.count {
+            for (i, value) in tile[..used].iter().enumerate() {
+                if let Some(place) = (at + i + LANES).checked_sub(self.count) {
+                    self.tail[place] = *value;
+                }
+            }
+        }
+        if at + LANES <= self.count {
+            let tile = transpose(*tile);
+            for (values, row) in tile
+                .into_iter()
+                .zip(out[self.offset..].chunks_mut(self.stride))
+            {
+                if let Some(row) = row[at..].first_chunk_mut() {
+                    values.store_array(row);
+                }
+            }
+        }
+    }
+
+    /// Writes what is left.
+    #[inline(always)]
+    fn finish(self, out: &mut [f64]) {
+        let tile = transpose(self.tail);
+        let used = LANES.min(self.count);
+        for (values, row) in tile
+            .into_iter()
+            .zip(out[self.offset..].chunks_mut(self.stride))
+        {
+            let row = &mut row[self.count - used..self.count];
+            if let Some(row) = row.first_chunk_mut() {
+                values.store_array(row);
+            } else {
+                row.copy_from_slice(&<Lanes>::from(values)[LANES - used..]);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn scaled<S: Simd>(tile: &Tile<S>, factor: f64x8<S>) -> Tile<S> {
+    let mut scaled = *tile;
+    for value in &mut scaled {
+        *value *= factor;
+    }
+    scaled
+}
+
+/// A tile of values and one of each component of the gradient.
+#[inline(always)]
+fn put_all<S: Simd>(
+    rows: &mut [Rows<S>; 4],
+    out: &mut [&mut [f64]; 2],
+    at: usize,
+    tiles: &[Tile<S>; 4],
+    used: usize,
+) {
+    let [values, gradients] = out;
+    rows[0].put(values, at, &tiles[0], used);
+    for part in 1..4 {
+        rows[part].put(gradients, at, &tiles[part], used);
+    }
+}
+
+/// The tangent plane at eight directions.
+struct Frame<S: Simd> {
+    sin: f64x8<S>,
+    /// The unit vector of growing θ is (south_x, south_y, −sin), that of growing φ (−sin_phi, cos_phi, 0).
+    south_x: f64x8<S>,
+    south_y: f64x8<S>,
+    cos_phi: f64x8<S>,
+    sin_phi: f64x8<S>,
+}
+
+impl<S: Simd> Frame<S> {
+    /// Values and gradients from q = P̄/sin θ and dP̄/dθ: `along` is the cosine or sine of mφ and `across` its derivative by φ.
+    #[inline(always)]
+    fn tiles(
+        &self,
+        q: &Tile<S>,
+        slope: &Tile<S>,
+        along: f64x8<S>,
+        across: f64x8<S>,
+    ) -> [Tile<S>; 4] {
+        let mut tiles = [*q; 4];
+        for i in 0..LANES {
+            let (theta, east) = (slope[i] * along, q[i] * across);
+            tiles[0][i] = q[i] * self.sin * along;
+            tiles[1][i] = theta.mul_sub(self.south_x, east * self.sin_phi);
+            tiles[2][i] = theta.mul_add(self.south_y, east * self.cos_phi);
+            tiles[3][i] = -(theta * self.sin);
+        }
+        tiles
+    }
+}
+
 impl Tables {
     fn column_steps(&self, m: usize) -> &[Step] {
         &self.steps[self.starts[m]..self.starts[m + 1]]
     }
 
-    /// P̄_lm (or P̄_lm/sin θ, where the power is one less) for l = m … degree into `out`.
-    #[inline(always)]
-    fn column<S: Simd, const EXACT: bool>(
-        &self,
-        simd: S,
-        m: usize,
-        orders: &Orders<S>,
-        out: &mut [Lanes],
-    ) {
-        let first = WideDouble::splat(simd, self.firsts[m]).times(orders.power);
-        let one = f64x8::splat(simd, 1.0 / SCALE);
-        let flipped = one * orders.side;
-        let steps = self.column_steps(m);
-        if EXACT {
-            let (mut p, mut d) = (first, first);
-            let (mut sign, mut other) = (one, flipped);
-            for (step, out) in steps.iter().zip(out) {
-                (p.rounded() * sign * step.alpha).store_array(out);
-                (sign, other) = (other, sign);
-                let u = WideDouble::splat(simd, step.excess)
-                    .minus(WideDouble::splat(simd, step.a).times(orders.y));
-                d = d.plus(u.times(p));
-                p = p.plus(d);
-            }
-        } else {
-            let (mut p, mut d) = (first.rounded(), first.rounded());
-            let (mut sign, mut other) = (one, flipped);
-            for (step, out) in steps.iter().zip(out) {
-                (p * sign * step.alpha).store_array(out);
-                (sign, other) = (other, sign);
-                let a = f64x8::splat(simd, -step.a.hi);
-                let u = orders.y.hi.mul_add(a, f64x8::splat(simd, step.excess.hi));
-                let u = orders.y.lo.mul_add(a, u);
-                d = u.mul_add(p, d);
-                p += d;
-            }
-        }
+    fn count(&self) -> usize {
+        coefficient_count(self.degree, self.degree)
     }
 
-    /// Every harmonic of eight directions, lane by lane.
+    /// Every harmonic of eight directions, or of as many as `out` has rows for.
     #[inline(always)]
-    fn stage_values<S: Simd, const EXACT: bool>(
+    fn write_values<S: Simd, const EXACT: bool>(&self, simd: S, octet: &Octet, out: &mut [f64]) {
+        let count = self.count();
+        let mut rows = Rows::new(simd, 0, count, count);
+        let zero = [f64x8::splat(simd, 0.0); LANES];
+        let mut orders = Orders::new(simd, octet);
+        for m in 0..=self.degree {
+            if m > 0 {
+                orders.turn();
+                orders.raise();
+            }
+            let (c, s) = (orders.c.rounded(), orders.s.rounded());
+            let start = column_start(self.degree, m);
+            let sine_start = start + self.degree + 1 - m;
+            let mut column = Column::<S, EXACT>::new(simd, self.firsts[m], &orders);
+            // The end of the cosines may be written over the first sines, so those come last.
+            let mut first = (zero, 0);
+            for (i, steps) in self.column_steps(m).chunks(LANES).enumerate() {
+                let mut tile = zero;
+                for (value, step) in tile.iter_mut().zip(steps) {
+                    *value = column.next(simd, step);
+                }
+                let at = i * LANES;
+                if m == 0 {
+                    rows.put(out, at, &tile, steps.len());
+                    continue;
+                }
+                rows.put(out, start + at, &scaled(&tile, c), steps.len());
+                if i == 0 {
+                    first = (scaled(&tile, s), steps.len());
+                } else {
+                    rows.put(out, sine_start + at, &scaled(&tile, s), steps.len());
+                }
+            }
+            if m > 0 {
+                rows.put(out, sine_start, &first.0, first.1);
+            }
+        }
+        rows.finish(out);
+    }
+
+    /// Every harmonic of eight directions and its gradient. Columns of P̄/sin θ keep the poles finite.
+    #[inline(always)]
+    fn write_gradients<S: Simd, const EXACT: bool>(
         &self,
         simd: S,
         octet: &Octet,
-        column: &mut [Lanes],
-        stage: &mut [Lanes],
+        values: &mut [f64],
+        gradients: &mut [f64],
     ) {
+        let count = self.count();
+        let zero = [f64x8::splat(simd, 0.0); LANES];
         let mut orders = Orders::new(simd, octet);
-        self.column::<S, EXACT>(simd, 0, &orders, stage);
+        let sin = orders.sin.rounded();
+        let mut out = [values, gradients];
+        let mut rows = [
+            Rows::new(simd, 0, count, count),
+            Rows::new(simd, 0, 3 * count, count),
+            Rows::new(simd, count, 3 * count, count),
+            Rows::new(simd, 2 * count, 3 * count, count),
+        ];
+        let cos = (1.0 - orders.y.rounded()) * orders.side;
+        let (cos_phi, sin_phi) = (orders.cos_phi.rounded(), orders.sin_phi.rounded());
+        let frame = Frame {
+            sin,
+            south_x: cos * cos_phi,
+            south_y: cos * sin_phi,
+            cos_phi,
+            sin_phi,
+        };
+        let mut column = Column::<S, EXACT>::new(simd, self.firsts[0], &orders);
+        let mut zonal = Column::<S, EXACT>::new(simd, self.firsts[self.degree.min(1)], &orders);
+        for (i, steps) in self.column_steps(0).chunks(LANES).enumerate() {
+            // dP̄_l0/dθ = −√(l(l+1)/2) P̄_l1
+            let mut all = [zero; 4];
+            for (k, step) in steps.iter().enumerate() {
+                let l = i * LANES + k;
+                all[0][k] = column.next(simd, step);
+                if l > 0 {
+                    let lf = l as f64;
+                    let next = zonal.next(simd, &self.column_steps(1)[l - 1]);
+                    let theta = next * sin * -(0.5 * lf * (lf + 1.0)).sqrt();
+                    all[1][k] = theta * frame.south_x;
+                    all[2][k] = theta * frame.south_y;
+                    all[3][k] = -(theta * sin);
+                }
+            }
+            put_all(&mut rows, &mut out, i * LANES, &all, steps.len());
+        }
         for m in 1..=self.degree {
             orders.turn();
-            orders.raise();
-            let count = self.degree + 1 - m;
-            let column = &mut column[..count];
-            self.column::<S, EXACT>(simd, m, &orders, column);
-            let (c, s) = (orders.c.rounded(), orders.s.rounded());
-            let start = column_start(self.degree, m);
-            let (cosine, sine) = stage[start..start + 2 * count].split_at_mut(count);
-            for ((value, cosine), sine) in column.iter().zip(cosine).zip(sine) {
-                let value = f64x8::load_array_ref(simd, value);
-                (value * c).store_array(cosine);
-                (value * s).store_array(sine);
+            if m > 1 {
+                orders.raise();
             }
+            let (c, s) = (orders.c.rounded(), orders.s.rounded());
+            let order = f64x8::splat(simd, m as f64);
+            let start = column_start(self.degree, m);
+            let sine_start = start + self.degree + 1 - m;
+            let mut column = Column::<S, EXACT>::new(simd, self.firsts[m], &orders);
+            let mut before = f64x8::splat(simd, 0.0);
+            let mut first = ([zero; 4], 0);
+            for (i, steps) in self.column_steps(m).chunks(LANES).enumerate() {
+                let (mut q, mut slope) = (zero, zero);
+                for (k, step) in steps.iter().enumerate() {
+                    q[k] = column.next(simd, step);
+                    slope[k] = q[k] * cos * ((m + i * LANES + k) as f64) - before * step.slope;
+                    before = q[k];
+                }
+                let at = i * LANES;
+                let cosines = frame.tiles(&q, &slope, c, -(order * s));
+                put_all(&mut rows, &mut out, start + at, &cosines, steps.len());
+                let sines = frame.tiles(&q, &slope, s, order * c);
+                if i == 0 {
+                    first = (sines, steps.len());
+                } else {
+                    put_all(&mut rows, &mut out, sine_start + at, &sines, steps.len());
+                }
+            }
+            put_all(&mut rows, &mut out, sine_start, &first.0, first.1);
+        }
+        let [values, gradients] = out;
+        let [first, x, y, z] = rows;
+        first.finish(values);
+        for part in [x, y, z] {
+            part.finish(gradients);
         }
     }
 
@@ -489,23 +801,31 @@ impl Tables {
         simd: S,
         coefficients: &Coefficients,
         octet: &Octet,
-        column: &mut [Lanes],
     ) -> Lanes {
         let mut orders = Orders::new(simd, octet);
-        let mut total = f64x8::splat(simd, 0.0);
+        let zero = f64x8::splat(simd, 0.0);
+        let mut total = zero;
         for m in 0..=coefficients.orders() {
             if m > 0 {
                 orders.turn();
                 orders.raise();
             }
-            let column = &mut column[..self.degree + 1 - m];
-            self.column::<S, EXACT>(simd, m, &orders, column);
-            let a = dot(simd, column, coefficients.cosine(m));
-            total = a.mul_add(orders.c.rounded(), total);
-            if m > 0 {
-                let b = dot(simd, column, coefficients.sine(m));
-                total = b.mul_add(orders.s.rounded(), total);
+            let mut column = Column::<S, EXACT>::new(simd, self.firsts[m], &orders);
+            let (cosine, sine) = (coefficients.cosine(m), coefficients.sine(m));
+            let (mut a, mut b) = (zero, zero);
+            if m == 0 {
+                for (step, x) in self.column_steps(m).iter().zip(cosine) {
+                    a = column.next(simd, step).mul_add(f64x8::splat(simd, *x), a);
+                }
+            } else {
+                for (step, (x, y)) in self.column_steps(m).iter().zip(cosine.iter().zip(sine)) {
+                    let value = column.next(simd, step);
+                    a = value.mul_add(f64x8::splat(simd, *x), a);
+                    b = value.mul_add(f64x8::splat(simd, *y), b);
+                }
             }
+            total = a.mul_add(orders.c.rounded(), total);
+            total = b.mul_add(orders.s.rounded(), total);
         }
         total.into()
     }
@@ -517,45 +837,44 @@ impl Tables {
         simd: S,
         coefficients: &Coefficients,
         octet: &Octet,
-        column: &mut [Lanes],
     ) -> [Lanes; 3] {
         let mut orders = Orders::new(simd, octet);
         let zero = f64x8::splat(simd, 0.0);
         let sin = orders.sin.rounded();
         let cos = (1.0 - orders.y.rounded()) * orders.side;
-        self.column::<S, EXACT>(simd, 0, &orders, column);
-        let mut value = dot(simd, column, coefficients.cosine(0));
-        let (mut theta, mut phi) = (zero, zero);
+        let mut column = Column::<S, EXACT>::new(simd, self.firsts[0], &orders);
+        let (mut value, mut theta, mut phi) = (zero, zero, zero);
+        for (step, x) in self.column_steps(0).iter().zip(coefficients.cosine(0)) {
+            value = column
+                .next(simd, step)
+                .mul_add(f64x8::splat(simd, *x), value);
+        }
         for m in 1..=self.degree {
             orders.turn();
             if m > 1 {
                 orders.raise();
             }
-            let column = &mut column[..self.degree + 1 - m];
-            self.column::<S, EXACT>(simd, m, &orders, column);
+            let steps = self.column_steps(m);
             if m == 1 {
                 // dP̄_l0/dθ = −√(l(l+1)/2) P̄_l1
+                let mut column = Column::<S, EXACT>::new(simd, self.firsts[m], &orders);
                 let mut sum = zero;
-                for ((i, q), a) in column.iter().enumerate().zip(&coefficients.cosine(0)[1..]) {
+                for ((i, step), a) in steps.iter().enumerate().zip(&coefficients.cosine(0)[1..]) {
                     let l = (i + 1) as f64;
                     let factor = f64x8::splat(simd, a * (0.5 * l * (l + 1.0)).sqrt());
-                    sum = f64x8::load_array_ref(simd, q).mul_add(factor, sum);
+                    sum = column.next(simd, step).mul_add(factor, sum);
                 }
                 theta -= sin * sum;
             }
             let (cosine, sine) = (coefficients.cosine(m), coefficients.sine(m));
             if cosine.is_empty() {
-                continue;
+                break;
             }
+            let mut column = Column::<S, EXACT>::new(simd, self.firsts[m], &orders);
             let [mut a, mut b, mut da, mut db] = [zero; 4];
             let mut before = zero;
-            for (i, ((q, step), (x, y))) in column
-                .iter()
-                .zip(self.column_steps(m))
-                .zip(cosine.iter().zip(sine))
-                .enumerate()
-            {
-                let q = f64x8::load_array_ref(simd, q);
+            for (i, (step, (x, y))) in steps.iter().zip(cosine.iter().zip(sine)).enumerate() {
+                let q = column.next(simd, step);
                 let slope = q * cos * ((m + i) as f64) - before * step.slope;
                 before = q;
                 let (x, y) = (f64x8::splat(simd, *x), f64x8::splat(simd, *y));
@@ -570,41 +889,5 @@ impl Tables {
             phi += (b * c - a * s) * (m as f64);
         }
         [value.into(), theta.into(), phi.into()]
-    }
-}
-
-/// Σ column · coefficients, in two sums that do not wait for each other.
-#[inline(always)]
-fn dot<S: Simd>(simd: S, column: &[Lanes], coefficients: &[f64]) -> f64x8<S> {
-    let mut sums = [f64x8::splat(simd, 0.0); 2];
-    for (i, (value, coefficient)) in column.iter().zip(coefficients).enumerate() {
-        let value = f64x8::load_array_ref(simd, value);
-        sums[i % 2] = value.mul_add(f64x8::splat(simd, *coefficient), sums[i % 2]);
-    }
-    sums[0] + sums[1]
-}
-
-/// From lane by lane to direction by direction.
-#[inline(always)]
-fn spread<S: Simd>(simd: S, stage: &[Lanes], out: &mut [f64], count: usize) {
-    for (block, stage) in stage.chunks_exact(LANES).enumerate() {
-        let mut lanes = [f64x8::splat(simd, 0.0); LANES];
-        for (lane, values) in lanes.iter_mut().zip(stage) {
-            *lane = f64x8::load_array_ref(simd, values);
-        }
-        let first = block * LANES;
-        let width = LANES.min(count - first);
-        for (values, out) in transpose(lanes)
-            .into_iter()
-            .zip(out.chunks_exact_mut(count))
-        {
-            let out = &mut out[first..first + width];
-            if let Some(out) = out.first_chunk_mut() {
-                values.store_array(out);
-            } else {
-                let values = <[f64; LANES]>::from(values);
-                out.copy_from_slice(&values[..width]);
-            }
-        }
     }
 }

@@ -7,6 +7,7 @@ use glam::DQuat;
 use super::coefficients::Coefficients;
 use super::recurrence::{LANES, Lanes};
 use super::simd::wide;
+use super::work::{aligned, join};
 use crate::sphere::double_double::DoubleDouble;
 use crate::{Error, Parallelism, Result};
 
@@ -179,6 +180,11 @@ impl Rotation {
         self.degree
     }
 
+    /// How many values of scratch [`rotate_into`](Self::rotate_into) needs.
+    pub fn scratch_len(&self) -> usize {
+        LANES * 2 * HALF_ARRAYS * self.steps.len() + LANES - 1
+    }
+
     /// The coefficients of f(R⁻¹ ω), for a rotation R of the harmonic frame. The quaternion need not be of unit length.
     ///
     /// # Errors
@@ -190,11 +196,39 @@ impl Rotation {
         rotation: DQuat,
         parallelism: Parallelism,
     ) -> Result<Coefficients> {
-        if coefficients.degree() != self.degree {
-            return Err(Error::Degree {
-                what: "the rotation",
-                degree: coefficients.degree(),
-                limit: self.degree,
+        let mut out = Coefficients::zeros(self.degree);
+        let mut scratch = vec![0.0; self.scratch_len()];
+        self.rotate_into(coefficients, rotation, &mut out, &mut scratch, parallelism)?;
+        Ok(out)
+    }
+
+    /// [`rotate`](Self::rotate) into coefficients of all orders, with at least [`scratch_len`](Self::scratch_len) values of scratch.
+    /// Allocates nothing.
+    ///
+    /// # Errors
+    /// As [`rotate`](Self::rotate); [`Error::Degree`] and [`Error::Length`] where `out` or the scratch do not fit.
+    pub fn rotate_into(
+        &self,
+        coefficients: &Coefficients,
+        rotation: DQuat,
+        out: &mut Coefficients,
+        scratch: &mut [f64],
+        parallelism: Parallelism,
+    ) -> Result<()> {
+        for degree in [coefficients.degree(), out.degree(), out.orders()] {
+            if degree != self.degree {
+                return Err(Error::Degree {
+                    what: "the rotation",
+                    degree,
+                    limit: self.degree,
+                });
+            }
+        }
+        if scratch.len() < self.scratch_len() {
+            return Err(Error::Length {
+                what: "the scratch",
+                expected: self.scratch_len(),
+                got: scratch.len(),
             });
         }
         let length = rotation.length();
@@ -205,34 +239,32 @@ impl Rotation {
                 allowed: "positive and finite",
             });
         }
+        let scratch = aligned(scratch);
         let [alpha, beta, gamma] = euler(rotation);
         // e^(iπ/2) e^(iα) and so on: quarter turns are exact.
-        let mut out = Coefficients::zeros(self.degree);
+        out.as_mut_slice().fill(0.0);
         for m in 0..=coefficients.orders() {
             out.cosine_mut(m).copy_from_slice(coefficients.cosine(m));
             out.sine_mut(m).copy_from_slice(coefficients.sine(m));
         }
-        turn(&mut out, [-gamma[1], gamma[0]]);
-        self.quarter(&mut out, parallelism);
-        turn(&mut out, [-beta[0], -beta[1]]);
-        self.quarter(&mut out, parallelism);
-        turn(&mut out, [-alpha[1], alpha[0]]);
-        Ok(out)
+        turn(out, [-gamma[1], gamma[0]]);
+        self.quarter(out, scratch, parallelism);
+        turn(out, [-beta[0], -beta[1]]);
+        self.quarter(out, scratch, parallelism);
+        turn(out, [-alpha[1], alpha[0]]);
+        Ok(())
     }
 
     /// Rotation by π/2 about y, in place.
-    fn quarter(&self, f: &mut Coefficients, parallelism: Parallelism) {
-        let mut halves = [Half::new(self, f, 0), Half::new(self, f, 1)];
+    fn quarter(&self, f: &mut Coefficients, scratch: &mut [Lanes], parallelism: Parallelism) {
+        let (even, odd) = scratch.split_at_mut(HALF_ARRAYS * self.steps.len());
+        let mut halves = [Half::new(self, f, 0, even), Half::new(self, f, 1, odd)];
         let [even, odd] = &mut halves;
-        match parallelism {
-            #[cfg(feature = "parallel")]
-            Parallelism::Rayon => {
-                rayon::join(|| self.half(even), || self.half(odd));
-            }
-            _ => {
-                self.half(even);
-                self.half(odd);
-            }
+        if parallelism.threads() > 1 {
+            join(|| self.half(even), || self.half(odd));
+        } else {
+            self.half(even);
+            self.half(odd);
         }
         self.gather(&halves, f);
     }
@@ -347,7 +379,7 @@ impl Rotation {
     }
 
     /// The rotated coefficients from the sums of both halves.
-    fn gather(&self, halves: &[Half; 2], f: &mut Coefficients) {
+    fn gather(&self, halves: &[Half<'_>; 2], f: &mut Coefficients) {
         for m in 0..=self.degree {
             let (octet, lane) = (m / LANES, m % LANES);
             let start = octet_start(self.degree, octet);
@@ -394,28 +426,35 @@ fn scale_start(degree: usize, m: usize) -> usize {
     m * (degree + 1) - m * m.saturating_sub(1) / 2
 }
 
+/// How many arrays of the length of the tables a [`Half`] has.
+const HALF_ARRAYS: usize = 4;
+
 /// What goes with the orders m of one parity.
-struct Half {
+struct Half<'a> {
     parity: usize,
     /// By octet of m′ and l: the cosine where l + m′ + parity is even, else the sine, scaled.
-    input: Vec<Lanes>,
+    input: &'a mut [Lanes],
     /// The same, got from the orders m.
-    output: Vec<Lanes>,
+    output: &'a mut [Lanes],
     /// By group and l: for each of four m what meets m′ even and odd, scaled and signed.
-    rows: Vec<[[f64; 2]; ROWS]>,
+    rows: &'a mut [[[f64; 2]; ROWS]],
     /// By group and l: for each of four m the sum over even m′, then over odd.
-    sums: Vec<Lanes>,
+    sums: &'a mut [Lanes],
 }
 
-impl Half {
-    fn new(plan: &Rotation, f: &Coefficients, parity: usize) -> Self {
+impl<'a> Half<'a> {
+    fn new(plan: &Rotation, f: &Coefficients, parity: usize, scratch: &'a mut [Lanes]) -> Self {
         let total = plan.steps.len();
-        let mut half = Self {
+        scratch.fill([0.0; LANES]);
+        let (input, rest) = scratch.split_at_mut(total);
+        let (output, rest) = rest.split_at_mut(total);
+        let (rows, rest) = rest.split_at_mut(total);
+        let half = Self {
             parity,
-            input: vec![[0.0; LANES]; total],
-            output: vec![[0.0; LANES]; total],
-            rows: vec![[[0.0; 2]; ROWS]; total],
-            sums: vec![[0.0; LANES]; total],
+            input,
+            output,
+            rows: rows.as_flattened_mut().as_chunks_mut().0.as_chunks_mut().0,
+            sums: &mut rest[..total],
         };
         for m in 0..=plan.degree {
             let (octet, lane) = (m / LANES, m % LANES);

@@ -1,5 +1,7 @@
 //! Analysis and synthesis on iso-latitude grids.
 
+use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::Arc;
 
 use fearless_simd::prelude::*;
@@ -7,10 +9,11 @@ use fearless_simd::{Level, f64x8};
 
 use super::coefficients::{Coefficients, coefficient_count, column_start};
 use super::kernel::{self, Quad};
+use super::meridian::Meridian;
 use super::recurrence::{LANES, Lanes, Recurrence};
 use super::ring_fft::{Element, RingFft, transpose};
 use super::simd::wide;
-use super::work::{Chunks, Octets, Orders, divided, inside_pool};
+use super::work::{Chunks, Octets, Orders, aligned, divided, inside_pool};
 use crate::error::{check_finite, check_length};
 use crate::sphere::Grid;
 use crate::{Error, Parallelism, Result};
@@ -21,7 +24,9 @@ pub const MAX_DEGREE: usize = 4096;
 /// A plan for analysis and synthesis on one grid, to one degree. Immutable, shared by cloning, used by any number of threads.
 ///
 /// Synthesis is f(θ, φ) = Σ f_lm Y_l^m at every point; analysis is f_lm = ∫ f Y_l^m dω by the grid's quadrature, exact
-/// for fields of at most this degree.
+/// for fields of at most this degree. On equiangular rings past [`Grid::max_degree_of_weights`] the quadrature is along meridians, by
+/// Fourier transforms (as in Reinecke, Belkner and Carron 2023, doi:10.1051/0004-6361/202346717, though not resampled to more rings), and
+/// takes about three times as long.
 ///
 /// ```
 /// use lobes::harmonics::{Coefficients, Transform};
@@ -45,6 +50,8 @@ struct Plan {
     fft: RingFft,
     /// e^(i m φ₀) for each order, halved for m > 0.
     phases: Vec<[f64; 2]>,
+    /// Where the degree is more than weights on the rings serve: what makes them serve.
+    meridian: Option<Meridian>,
     /// The quadrature weights of each octet's rings, in steradians a point.
     weights: Vec<Lanes>,
     /// How many threads the scratch serves.
@@ -83,15 +90,16 @@ impl Transform {
         let level = Level::new();
         let recurrence = Recurrence::new(grid, degree, orders, level);
         let pairs = grid.rings().div_ceil(2);
+        let meridian = (degree > grid.max_degree_of_weights()).then(|| Meridian::new(grid));
+        let weight = |ring| match &meridian {
+            Some(meridian) => meridian.weight(ring) * (2.0 * PI / grid.columns() as f64),
+            None => grid.ring_weight(ring),
+        };
         let weights = (0..recurrence.octets.len())
             .map(|octet| {
                 std::array::from_fn(|lane| {
                     let ring = octet * LANES + lane;
-                    if ring < pairs {
-                        grid.ring_weight(ring)
-                    } else {
-                        0.0
-                    }
+                    if ring < pairs { weight(ring) } else { 0.0 }
                 })
             })
             .collect();
@@ -109,6 +117,7 @@ impl Transform {
                 })
                 .collect(),
             weights,
+            meridian,
             workers: Parallelism::Rayon.threads(),
             grid: grid.clone(),
         })))
@@ -267,12 +276,6 @@ const GROUP: usize = 3;
 /// Up to this degree a group is too little work to divide among threads, so groups are.
 const SMALL_DEGREE: usize = 512;
 
-/// The part of scratch that begins at a cache line, by lines.
-fn aligned(scratch: &mut [f64]) -> &mut [Lanes] {
-    let offset = scratch.as_ptr().align_offset(64).min(scratch.len());
-    scratch[offset..].as_chunks_mut().0
-}
-
 /// Below so many steps of eight rings waking another thread costs more than it saves.
 const SMALL_WORK: usize = 8000;
 
@@ -311,13 +314,21 @@ impl Plan {
         sums + parts
     }
 
+    /// Lines that the analysis of orders needs beside those of one order.
+    fn meridian_len(&self, group: usize) -> usize {
+        self.meridian.as_ref().map_or(0, |meridian| {
+            2 * meridian.work_len() + group * self.recurrence.octets.len() * 4 * LANES
+        })
+    }
+
     /// Lines that the work on sixteen rings needs.
     fn rows_len(&self) -> usize {
         2 * self.fft.work_len()
     }
 
     fn group_lines(&self, group: usize, parts: usize) -> usize {
-        group * self.spectrum_len() + parts * self.order_len(group).max(self.rows_len())
+        group * self.spectrum_len()
+            + parts * (self.order_len(group) + self.meridian_len(group)).max(self.rows_len())
     }
 
     fn scratch_lines(&self, batch: usize) -> usize {
@@ -615,13 +626,9 @@ impl Plan {
                 degree: self.degree,
             },
             scratch,
-            self.order_len(MAPS),
+            self.order_len(MAPS) + self.meridian_len(MAPS),
             &|range, columns, scratch| {
-                wide!(self.level, simd => {
-                    for (m, columns) in range.zip(columns) {
-                        self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch);
-                    }
-                });
+                wide!(self.level, simd => self.analyse_orders::<_, MAPS>(simd, range, columns, spectra, scratch));
             },
         );
     }
@@ -693,13 +700,55 @@ impl Plan {
         }
     }
 
-    /// Order m of the coefficients from the sums of all rings, `spectra[(map · octets + octet) · orders + m]`.
+    /// Some orders of the coefficients from the sums of all rings, `spectra[(map · octets + octet) · orders + m]`.
+    #[inline(always)]
+    fn analyse_orders<S: Simd, const MAPS: usize>(
+        &self,
+        simd: S,
+        range: Range<usize>,
+        columns: Orders<'_, MAPS>,
+        spectra: &[Quad],
+        scratch: &mut [Lanes],
+    ) {
+        let (orders, octets) = (self.orders + 1, self.recurrence.octets.len());
+        let (scratch, rest) = scratch.split_at_mut(self.order_len(MAPS));
+        let Some(meridian) = &self.meridian else {
+            for (m, columns) in range.zip(columns) {
+                let spectra = (&spectra[m..], orders);
+                self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch);
+            }
+            return;
+        };
+        let (buffer, projected) = rest.split_at_mut(2 * meridian.work_len());
+        let buffer: &mut [Element] = buffer.as_chunks_mut().0;
+        let projected: &mut [Quad] = projected.as_chunks_mut().0;
+        let start = range.start;
+        for (m, columns) in range.clone().zip(columns) {
+            let lane = (m - start) % LANES;
+            if lane == 0 {
+                for map in 0..MAPS {
+                    meridian.project(
+                        simd,
+                        m,
+                        LANES.min(range.end - m),
+                        (&spectra[map * octets * orders + m..], orders),
+                        &mut projected[map * octets * LANES..][..octets * LANES],
+                        buffer,
+                    );
+                }
+            }
+            let spectra = (&projected[lane..], LANES);
+            self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch);
+        }
+    }
+
+    /// Order m of the coefficients from its sums, `spectra[(map · octets + octet) · stride]`.
     #[inline(always)]
     fn analyse_order<S: Simd, const MAPS: usize>(
         &self,
         simd: S,
         m: usize,
-        spectra: &[Quad],
+        (spectra, stride): (&[Quad], usize),
         columns: [&mut [f64]; MAPS],
         slot: &mut [Lanes],
     ) {
@@ -711,7 +760,7 @@ impl Plan {
         sums.fill([0.0; LANES]);
         for (index, (parts, sums)) in parts
             .iter_mut()
-            .zip(spectra[m..].iter().step_by(self.orders + 1))
+            .zip(spectra.iter().step_by(stride))
             .enumerate()
         {
             let octet = index % octets;

@@ -64,6 +64,43 @@ impl<S: Simd> WideDouble<S> {
         Self::fast_two_sum(hi, lo + cross)
     }
 
+    /// The exact product of two doubles in each lane.
+    #[inline(always)]
+    pub(crate) fn product(a: f64x8<S>, b: f64x8<S>) -> Self {
+        let hi = a * b;
+        Self {
+            hi,
+            lo: a.mul_add_precise(b, -hi),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn divide(self, other: Self) -> Self {
+        let first = self.hi / other.hi;
+        let rest = self.minus(other.scaled(first));
+        Self::fast_two_sum(first, rest.hi / other.hi)
+    }
+
+    #[inline(always)]
+    fn scaled(self, factor: f64x8<S>) -> Self {
+        let product = Self::product(self.hi, factor);
+        Self::fast_two_sum(product.hi, self.lo.mul_add(factor, product.lo))
+    }
+
+    /// The square root of numbers above 0.
+    #[inline(always)]
+    pub(crate) fn sqrt(self) -> Self {
+        let root = self.hi.sqrt();
+        let rest = self.minus(Self::product(root, root));
+        Self::fast_two_sum(root, rest.hi / (root + root))
+    }
+
+    #[inline(always)]
+    pub(crate) fn store(self, [hi, lo]: &mut [Lanes; 2]) {
+        self.hi.store_array(hi);
+        self.lo.store_array(lo);
+    }
+
     #[inline(always)]
     pub(crate) fn rounded(self) -> f64x8<S> {
         self.hi + self.lo

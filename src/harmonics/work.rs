@@ -45,14 +45,20 @@ pub(crate) fn inside_pool(parallelism: Parallelism, f: impl FnOnce() + Send) {
 }
 
 #[cfg(feature = "parallel")]
-fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+pub(crate) fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
     rayon::join(a, b);
 }
 
 #[cfg(not(feature = "parallel"))]
-fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+pub(crate) fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
     a();
     b();
+}
+
+/// The part of scratch that begins at a cache line, by lines.
+pub(crate) fn aligned(scratch: &mut [f64]) -> &mut [Lanes] {
+    let offset = scratch.as_ptr().align_offset(64).min(scratch.len());
+    scratch[offset..].as_chunks_mut().0
 }
 
 /// Items of one length each, one after the other.
@@ -196,6 +202,34 @@ pub(crate) fn over_chunks<T: Send>(
         _ => {
             for (i, chunk) in slice.chunks_mut(length).enumerate() {
                 f(i, chunk);
+            }
+        }
+    }
+}
+
+/// Runs `f(index, chunk, chunk)` on each two chunks, each of its own length.
+pub(crate) fn over_chunk_pairs<T: Send>(
+    parallelism: Parallelism,
+    (first, first_length): (&mut [T], usize),
+    (second, second_length): (&mut [T], usize),
+    f: impl Fn(usize, &mut [T], &mut [T]) + Sync + Send,
+) {
+    match parallelism {
+        #[cfg(feature = "parallel")]
+        Parallelism::Rayon => {
+            use rayon::prelude::*;
+            first
+                .par_chunks_mut(first_length)
+                .zip(second.par_chunks_mut(second_length))
+                .enumerate()
+                .for_each(|(i, (first, second))| f(i, first, second));
+        }
+        _ => {
+            let pairs = first
+                .chunks_mut(first_length)
+                .zip(second.chunks_mut(second_length));
+            for (i, (first, second)) in pairs.enumerate() {
+                f(i, first, second);
             }
         }
     }

@@ -16,9 +16,9 @@ use crate::{Error, Result};
 pub enum Latitudes {
     /// Gauss–Legendre nodes: n rings carry degree n − 1.
     GaussLegendre,
-    /// θᵢ = π i/(n − 1), the poles included.
+    /// θᵢ = π i/(n − 1), the poles included: n rings carry degree n − 2.
     ClenshawCurtis,
-    /// θᵢ = π (i + ½)/n, the pixel centres of a lat-long map.
+    /// θᵢ = π (i + ½)/n, the pixel centres of a lat-long map: n rings carry degree n − 1.
     Fejer,
 }
 
@@ -78,7 +78,7 @@ impl Grid {
         )
     }
 
-    /// Rings at θᵢ = π i/(rings − 1), both poles included, the first azimuth 0.
+    /// Rings at θᵢ = π i/(rings − 1), both poles included, the first azimuth 0: n rings carry degree n − 2.
     ///
     /// # Errors
     /// [`Error::Domain`] unless 2 ≤ rings ≤ 16384 and 1 ≤ columns ≤ 32768.
@@ -90,7 +90,7 @@ impl Grid {
         )
     }
 
-    /// Rings at θᵢ = π (i + ½)/rings and azimuths at φ_j = 2π (j + ½)/columns: pixel centres.
+    /// Rings at θᵢ = π (i + ½)/rings and azimuths at φ_j = 2π (j + ½)/columns: pixel centres. n rings carry degree n − 1.
     ///
     /// # Errors
     /// [`Error::Domain`] unless 1 ≤ rings ≤ 16384 and 1 ≤ columns ≤ 32768.
@@ -222,8 +222,17 @@ impl Grid {
         (self.columns - 1) / 2
     }
 
-    /// The largest degree that the rings carry, were there columns enough.
+    /// The largest degree that the rings carry, were there columns enough: n − 1 for n rings, n − 2 where two of them are the poles.
     pub fn max_degree_of_rings(&self) -> usize {
+        let n = self.rings();
+        match self.latitudes {
+            Latitudes::GaussLegendre | Latitudes::Fejer => n - 1,
+            Latitudes::ClenshawCurtis => n - 2,
+        }
+    }
+
+    /// The largest degree at which [`ring_weight`](Self::ring_weight) integrates any product of two harmonics exactly.
+    pub fn max_degree_of_weights(&self) -> usize {
         let n = self.rings();
         match self.latitudes {
             Latitudes::GaussLegendre => n - 1,
