@@ -117,8 +117,22 @@ pub(super) struct Render {
     #[command(flatten)]
     pub(super) materials: Materials,
     /// The light: the name of a built-in map or a file.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) light: String,
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        required_unless_present = "set",
+        conflicts_with = "set"
+    )]
+    pub(super) light: Option<String>,
+    /// Render every material under every light from every camera that a TOML file names; see docs/training-sets.md.
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = [
+            "materials", "as_albedos", "mapping", "material", "lobe", "size", "tolerance", "elevation", "azimuth", "distance"
+        ]
+    )]
+    pub(super) set: Option<PathBuf>,
     /// How the light's pixels lie on the sphere, where the shape does not tell.
     #[arg(long, value_name = "NAME")]
     pub(super) mapping: Option<Mapping>,

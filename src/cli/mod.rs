@@ -18,6 +18,7 @@ mod render;
 mod reproduce;
 mod spectrum;
 mod training;
+mod training_set;
 
 use std::process::ExitCode;
 

@@ -3,18 +3,28 @@
 use std::path::Path;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::cli::arguments::Render;
 use crate::cli::output::OutputFolder;
 use crate::cli::reproduce::sphere_exr;
-use crate::cli::{materials, slug};
+use crate::cli::{materials, slug, training_set};
 use crate::illumination::{EnvironmentMap, Luminance, builtin, read};
 use crate::reflection::{Camera, Renderer, Settings};
 use crate::report::encode_png;
 use crate::{Error, Parallelism, Result};
 
 pub(super) fn run(options: &Render) -> Result<()> {
-    let camera = camera(options)?;
+    if let Some(set) = &options.set {
+        return training_set::run(set, &options.out);
+    }
+    let camera = Place {
+        elevation: options.elevation,
+        azimuth: options.azimuth,
+        roll: 0.0,
+        distance: options.distance,
+    }
+    .camera()?;
     let mut output = OutputFolder::open(&options.out)?;
     let mut materials = materials::load(&options.materials)?;
     if let Some(name) = &options.material {
@@ -67,48 +77,69 @@ pub(super) fn run(options: &Render) -> Result<()> {
     Ok(())
 }
 
-/// The camera that the options describe.
-fn camera(options: &Render) -> Result<Camera> {
-    for (what, value) in [
-        ("the elevation", options.elevation),
-        ("the azimuth", options.azimuth),
-    ] {
-        if !value.is_finite() {
-            return Err(Error::Domain {
-                what,
-                value,
-                allowed: "a finite angle",
-            });
+/// Where a camera stands: angles in degrees, and the distance in radii of the sphere.
+#[derive(Debug, Clone, Copy, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Place {
+    pub(super) elevation: f64,
+    /// 0 looks along −z, and it grows to the left.
+    pub(super) azimuth: f64,
+    /// Anticlockwise, as seen by whoever looks through the camera.
+    pub(super) roll: f64,
+    /// Orthographic without it.
+    pub(super) distance: Option<f64>,
+}
+
+impl Place {
+    pub(super) fn camera(&self) -> Result<Camera> {
+        for (what, value) in [
+            ("the camera's elevation", self.elevation),
+            ("the camera's azimuth", self.azimuth),
+            ("the camera's roll", self.roll),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::Domain {
+                    what,
+                    value,
+                    allowed: "a finite angle",
+                });
+            }
         }
-    }
-    let (sin_elevation, cos_elevation) = options.elevation.to_radians().sin_cos();
-    let (sin_azimuth, cos_azimuth) = options.azimuth.to_radians().sin_cos();
-    let towards = DVec3::new(
-        cos_elevation * sin_azimuth,
-        sin_elevation,
-        cos_elevation * cos_azimuth,
-    );
-    match options.distance {
-        None => Camera::orthographic(towards, DVec3::Y),
-        Some(distance) => Camera::perspective(towards, DVec3::Y, distance),
+        let (sin_elevation, cos_elevation) = self.elevation.to_radians().sin_cos();
+        let (sin_azimuth, cos_azimuth) = self.azimuth.to_radians().sin_cos();
+        let towards = DVec3::new(
+            cos_elevation * sin_azimuth,
+            sin_elevation,
+            cos_elevation * cos_azimuth,
+        );
+        let camera = match self.distance {
+            None => Camera::orthographic(towards, DVec3::Y),
+            Some(distance) => Camera::perspective(towards, DVec3::Y, distance),
+        }?;
+        Ok(camera.rolled(self.roll.to_radians()))
     }
 }
 
 /// The map that `--light` names: a built-in one, or a file.
 fn light(options: &Render) -> Result<EnvironmentMap> {
-    let path = Path::new(&options.light);
+    let name = options.light.as_deref().unwrap_or_default();
+    let path = Path::new(name);
     if path.exists() {
         return read(path, options.mapping);
     }
     let maps = builtin()?;
-    let names: Vec<String> = maps.iter().map(|m| m.name().to_owned()).collect();
-    maps.into_iter()
-        .find(|map| map.name() == options.light)
-        .ok_or_else(|| {
-            Error::file(
-                path,
-                "is neither a file nor a built-in map",
-                format!("the built-in maps are {}", names.join(", ")),
-            )
-        })
+    match maps.iter().find(|map| map.name() == name) {
+        Some(map) => Ok(map.clone()),
+        None => Err(no_light(path, &maps)),
+    }
+}
+
+/// The error of a name that is neither a file's nor a built-in map's.
+pub(super) fn no_light(path: &Path, builtin: &[EnvironmentMap]) -> Error {
+    let names: Vec<&str> = builtin.iter().map(EnvironmentMap::name).collect();
+    Error::file(
+        path,
+        "is neither a file nor a built-in map",
+        format!("the built-in maps are {}", names.join(", ")),
+    )
 }
