@@ -70,11 +70,11 @@ pub(super) struct Reproduce {
     /// The specular lobe: ward1992, duer, gmd or sampled; may be repeated.
     #[arg(long = "lobe", value_name = "NAME", default_value = "sampled")]
     pub(super) lobes: Vec<Variant>,
-    /// Which pictures the classifiers are tried on: paper, blind, tilted, photograph, continuous, or all; may be repeated
-    /// [default: paper and blind, which share their pictures].
+    /// Which pictures every classifier is tried on: paper, blind, tilted, photograph, continuous, or all; may be repeated. It takes
+    /// minutes; without it there is the paper's own table only, which takes seconds.
     #[arg(long = "protocol", value_name = "NAME", value_parser = protocol)]
     pub(super) protocols: Vec<Protocols>,
-    /// Which classifiers are tried beyond the paper's, by name; may be repeated [default: all].
+    /// Which classifiers are tried under --protocol, by name; may be repeated [default: all].
     #[arg(long = "classifier", value_name = "NAME")]
     pub(super) classifiers: Vec<Method>,
     /// From how many directions about the vertical the spheres to learn from are seen; the paper's features learn from one.

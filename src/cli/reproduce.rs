@@ -90,7 +90,11 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
             size: options.size,
             ..Settings::default()
         },
-        turns: options.turns.get(),
+        turns: if protocols.is_empty() {
+            1
+        } else {
+            options.turns.get()
+        },
     };
 
     // The paper's own table.
@@ -196,14 +200,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
 /// The protocols and classifiers that the options name.
 fn choices(options: &Reproduce, maps: &[EnvironmentMap]) -> (Vec<Protocol>, Vec<Method>) {
     let asked = |protocol: Protocol| {
-        if options.protocols.is_empty() {
-            matches!(protocol, Protocol::Paper | Protocol::Blind)
-        } else {
-            options
-                .protocols
-                .iter()
-                .any(|p| *p == Protocols::All || *p == Protocols::One(protocol))
-        }
+        (options.protocols.iter()).any(|p| *p == Protocols::All || *p == Protocols::One(protocol))
     };
     let protocols = Protocol::ALL.into_iter().filter(|p| asked(*p)).collect();
     let methods = Method::ALL.into_iter().filter(|method| {
