@@ -201,13 +201,13 @@ fn analyse_steps<
     sums: &mut [[Lanes; MAPS]],
 ) {
     for (steps, sums) in steps.as_chunks::<2>().0.iter().zip(sums) {
-        let first = weigh::<S, FROM, WIDTH, MAPS>(simd, &state.p, parts);
+        let p = state.p;
         state.advance::<FROM>(simd, &steps[0]);
-        let second = weigh::<S, FROM, WIDTH, MAPS>(simd, &state.p, parts);
+        let q = state.p;
         state.advance::<FROM>(simd, &steps[1]);
         for map in 0..MAPS {
-            let [a, b, c, d] = first[map];
-            let [e, f, g, h] = second[map];
+            let [a, b, c, d] = weigh::<S, FROM, WIDTH>(simd, &p, parts[map]);
+            let [e, f, g, h] = weigh::<S, FROM, WIDTH>(simd, &q, parts[map]);
             // Three rounds of interleaving and adding leave the eight totals in this order.
             let total = fold(fold(fold(a, e), fold(c, g)), fold(fold(b, f), fold(d, h)));
             (f64x8::load_array_ref(simd, &sums[map]) + total).store_array(&mut sums[map]);
@@ -261,30 +261,28 @@ fn fold<S: Simd>(a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
 
 /// p · parts summed over the octets from `FROM`, each lane for itself.
 #[inline(always)]
-fn weigh<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
+fn weigh<S: Simd, const FROM: usize, const WIDTH: usize>(
     simd: S,
     p: &[f64x8<S>; WIDTH],
-    parts: &[&[Quad; WIDTH]; MAPS],
-) -> [[f64x8<S>; 4]; MAPS] {
+    parts: &[Quad; WIDTH],
+) -> [f64x8<S>; 4] {
     // Loops and not closures: a closure would not be compiled for the wide vectors.
-    let mut totals = [[f64x8::splat(simd, 0.0); 4]; MAPS];
-    for map in 0..MAPS {
-        for part in 0..4 {
-            let mut total = p[FROM] * f64x8::load_array_ref(simd, &parts[map][FROM][part]);
-            for v in FROM + 1..WIDTH {
-                let factor = f64x8::load_array_ref(simd, &parts[map][v][part]);
-                total = p[v].mul_add(factor, total);
-            }
-            totals[map][part] = total;
+    let mut totals = [f64x8::splat(simd, 0.0); 4];
+    for part in 0..4 {
+        let mut total = p[FROM] * f64x8::load_array_ref(simd, &parts[FROM][part]);
+        for v in FROM + 1..WIDTH {
+            let factor = f64x8::load_array_ref(simd, &parts[v][part]);
+            total = p[v].mul_add(factor, total);
         }
+        totals[part] = total;
     }
     totals
 }
 
-/// Runs a kernel on every block of octets. Three maps fill the registers with two octets, so four go as twice two then; vectors of
-/// fewer lanes than an octet have room for one octet only.
+/// Runs a kernel on every block of octets. Where `$halved`, four octets go as twice two; vectors of fewer lanes than an octet have room
+/// for one octet only.
 macro_rules! over_blocks {
-    ($kernel:ident, $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:ident) => {
+    ($kernel:ident, $halved:expr, $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:ident) => {
         for block in &$recurrence.blocks {
             macro_rules! run {
                 ($first:expr, $width:literal, $half:literal, $poles:literal) => {
@@ -306,9 +304,9 @@ macro_rules! over_blocks {
             let first = block.first;
             if const { S::f64s::LEN == LANES } {
                 match (block.width, block.polar) {
-                    (4, 0) if MAPS == 1 => run!(first, 4, 2, 0),
-                    (4, 2) if MAPS == 1 => run!(first, 4, 2, 2),
-                    (4, _) if MAPS == 1 => run!(first, 4, 2, 4),
+                    (4, 0) if !$halved => run!(first, 4, 2, 0),
+                    (4, 2) if !$halved => run!(first, 4, 2, 2),
+                    (4, _) if !$halved => run!(first, 4, 2, 4),
                     (4, 0) => {
                         run!(first, 2, 1, 0);
                         run!(first + 2, 2, 1, 0)
@@ -345,7 +343,8 @@ pub(crate) fn synthesise<S: Simd, const MAPS: usize>(
     sums: &[[[f64; 4]; MAPS]],
     out: &mut [&mut [Quad]; MAPS],
 ) {
-    over_blocks!(synthesise_block, simd, recurrence, m, sums, out);
+    // The sums of three maps fill the registers with two octets.
+    over_blocks!(synthesise_block, MAPS > 1, simd, recurrence, m, sums, out);
 }
 
 /// Analysis of `MAPS` maps (1 or 3) at order m: see [`analyse_block`].
@@ -357,5 +356,5 @@ pub(crate) fn analyse<S: Simd, const MAPS: usize>(
     parts: &[&[Quad]; MAPS],
     sums: &mut [[Lanes; MAPS]],
 ) {
-    over_blocks!(analyse_block, simd, recurrence, m, parts, sums);
+    over_blocks!(analyse_block, false, simd, recurrence, m, parts, sums);
 }

@@ -167,89 +167,70 @@ impl Recurrence {
         &self.entries[self.entry_starts[at] as usize..self.entry_starts[at + 1] as usize]
     }
 
-    /// The columns of order m as coefficients of x-free sums: `out[stride · k] = [α c_even, α s_even, α b_cos, α b_sin]`.
-    pub(crate) fn prepare(
+    /// The columns of order m as coefficients of x-free sums: `out[k][map] = [α c_even, α s_even, α b_cos, α b_sin]`, from
+    /// `columns[map]`, the cosines and after them as many sines. The maps go side by side, since each b waits for the one before it.
+    #[inline(always)]
+    pub(crate) fn prepare<const MAPS: usize>(
         &self,
         m: usize,
-        cosine: &[f64],
-        sine: &[f64],
-        out: &mut [[f64; 4]],
-        stride: usize,
+        columns: &[&[f64]; MAPS],
+        out: &mut [[[f64; 4]; MAPS]],
     ) {
-        let scales = self.scales(m);
-        let used = cosine.len().div_ceil(2);
-        if let Some(padding) = out.get_mut(used * stride) {
-            *padding = [0.0; 4];
-        }
-        let mut rows = out[..(used - 1) * stride + 1]
-            .chunks_mut(stride)
-            .map(|rows| &mut rows[0])
-            .zip(&scales[..used])
-            .rev();
-        let (cosines, last_cosine) = cosine.as_chunks::<2>();
-        let (sines, last_sine) = sine.as_chunks::<2>();
-        let (mut bc, mut bs) = (0.0, 0.0);
-        let mut row = |out: &mut [f64; 4], &[alpha, g, h]: &Scale, c: [f64; 2], s: [f64; 2]| {
-            bc += h * c[1];
-            bs += h * s[1];
-            *out = [alpha * c[0], alpha * s[0], g * bc, g * bs];
-        };
-        if let &[c] = last_cosine
-            && let Some((out, scale)) = rows.next()
-        {
-            row(
-                out,
-                scale,
-                [c, 0.0],
-                [last_sine.first().copied().unwrap_or(0.0), 0.0],
-            );
-        }
-        if sine.is_empty() {
-            for ((out, scale), c) in rows.zip(cosines.iter().rev()) {
-                row(out, scale, *c, [0.0; 2]);
+        let count = columns[0].len() / 2;
+        let pairs = count / 2;
+        let (out, rest) = out.split_at_mut(pairs);
+        let (scales, last_scale) = self.scales(m).split_at(pairs);
+        let columns = columns.map(|column| column.split_at(count));
+        let mut b = [[0.0; 2]; MAPS];
+        rest.fill([[0.0; 4]; MAPS]);
+        if let (1, [out, ..], [scale, ..]) = (count % 2, rest, last_scale) {
+            for ((out, b), (cosine, sine)) in out.iter_mut().zip(&mut b).zip(&columns) {
+                *out = prepared(scale, [cosine[count - 1], 0.0], [sine[count - 1], 0.0], b);
             }
-        } else {
-            for (((out, scale), c), s) in rows.zip(cosines.iter().rev()).zip(sines.iter().rev()) {
-                row(out, scale, *c, *s);
+        }
+        let cosines = columns.map(|(cosine, _)| &cosine.as_chunks::<2>().0[..pairs]);
+        let sines = columns.map(|(_, sine)| &sine.as_chunks::<2>().0[..pairs]);
+        for (k, (out, scale)) in out.iter_mut().zip(scales).enumerate().rev() {
+            for map in 0..MAPS {
+                out[map] = prepared(scale, cosines[map][k], sines[map][k], &mut b[map]);
             }
         }
     }
 
     /// The adjoint of [`prepare`](Self::prepare): sums over rings, two steps in each of `sums`, into the columns of order m.
-    pub(crate) fn finish(
+    #[inline(always)]
+    pub(crate) fn finish<const MAPS: usize>(
         &self,
         m: usize,
-        sums: &[Lanes],
-        stride: usize,
-        cosine: &mut [f64],
-        sine: &mut [f64],
+        sums: &[[Lanes; MAPS]],
+        columns: [&mut [f64]; MAPS],
     ) {
-        let mut rows = sums
-            .chunks(stride)
-            .flat_map(|sums| sums[0].as_chunks::<4>().0)
-            .zip(self.scales(m));
-        let (mut bc, mut bs) = (0.0, 0.0);
-        let mut row = |&[ec, es, oc, os]: &[f64; 4], &[alpha, g, h]: &Scale| {
-            bc += g * oc;
-            bs += g * os;
-            ([alpha * ec, h * bc], [alpha * es, h * bs])
-        };
-        let (cosines, last_cosine) = cosine.as_chunks_mut::<2>();
-        let (sines, last_sine) = sine.as_chunks_mut::<2>();
-        if sines.is_empty() {
-            for (c, (sums, scale)) in cosines.iter_mut().zip(&mut rows) {
-                *c = row(sums, scale).0;
-            }
-        } else {
-            for ((c, s), (sums, scale)) in cosines.iter_mut().zip(sines).zip(&mut rows) {
-                (*c, *s) = row(sums, scale);
+        let scales = self.scales(m);
+        let count = columns[0].len() / if m == 0 { 1 } else { 2 };
+        let pairs = count / 2;
+        let mut b = [[0.0; 2]; MAPS];
+        let mut columns = columns.map(|column| column.split_at_mut(count));
+        for (k, scale) in scales.iter().enumerate().take(pairs) {
+            let sums = &sums[k / 2];
+            for map in 0..MAPS {
+                let sums = &sums[map].as_chunks::<4>().0[k % 2];
+                let (c, s) = finished(scale, sums, &mut b[map]);
+                let (cosine, sine) = &mut columns[map];
+                cosine[2 * k..2 * k + 2].copy_from_slice(&c);
+                if m > 0 {
+                    sine[2 * k..2 * k + 2].copy_from_slice(&s);
+                }
             }
         }
-        if let (Some(c), Some((sums, scale))) = (last_cosine.first_mut(), rows.next()) {
-            let (cosine, sine) = row(sums, scale);
-            *c = cosine[0];
-            if let Some(s) = last_sine.first_mut() {
-                *s = sine[0];
+        if count % 2 == 1 {
+            for map in 0..MAPS {
+                let sums = &sums[pairs / 2][map].as_chunks::<4>().0[pairs % 2];
+                let (c, s) = finished(&scales[pairs], sums, &mut b[map]);
+                let (cosine, sine) = &mut columns[map];
+                cosine[count - 1] = c[0];
+                if m > 0 {
+                    sine[count - 1] = s[0];
+                }
             }
         }
     }
@@ -262,6 +243,26 @@ impl Recurrence {
             + size_of_val(&*self.octets)
             + size_of_val(&*self.entry_starts)
     }
+}
+
+/// One row of [`Recurrence::prepare`] from two degrees of the cosine and the sine column; `b` is Σ h s of the rows above it.
+#[inline(always)]
+fn prepared(&[alpha, g, h]: &Scale, c: [f64; 2], s: [f64; 2], b: &mut [f64; 2]) -> [f64; 4] {
+    b[0] += h * c[1];
+    b[1] += h * s[1];
+    [alpha * c[0], alpha * s[0], g * b[0], g * b[1]]
+}
+
+/// Two degrees of the cosine and the sine column from one row of sums; `b` is Σ g of the rows below it.
+#[inline(always)]
+fn finished(
+    &[alpha, g, h]: &Scale,
+    &[ec, es, oc, os]: &[f64; 4],
+    b: &mut [f64; 2],
+) -> ([f64; 2], [f64; 2]) {
+    b[0] += g * oc;
+    b[1] += g * os;
+    ([alpha * ec, h * b[0]], [alpha * es, h * b[1]])
 }
 
 /// How many steps order m has in the tables: an even number.

@@ -310,8 +310,9 @@ impl Plan {
     /// Lines that the work on one order needs.
     fn order_len(&self, group: usize) -> usize {
         let sums = (self.degree / 2 + 1).next_multiple_of(2).div_ceil(2) * group;
+        let columns = (2 * group * (self.degree + 1)).div_ceil(LANES);
         let parts = self.recurrence.octets.len() * 4 * group;
-        sums + parts
+        sums + columns.max(parts)
     }
 
     /// Lines that the analysis of orders needs beside those of one order.
@@ -449,25 +450,31 @@ impl Plan {
         slot: &mut [Lanes],
     ) {
         let steps = self.recurrence.steps(m).len();
-        let sums = &mut slot.as_flattened_mut().as_chunks_mut::<4>().0[..MAPS * steps];
         let set_len = sets.len() / MAPS;
         let start = column_start(self.degree, m);
         let count = self.degree + 1 - m;
-        for (map, set) in sets.chunks_exact(set_len).enumerate() {
-            let cosine = &set[start..start + count];
-            let sine = if m == 0 {
-                &[]
-            } else {
-                &set[start + count..start + 2 * count]
-            };
-            self.recurrence
-                .prepare(m, cosine, sine, &mut sums[map..], MAPS);
-        }
+        let used = if m == 0 { count } else { 2 * count };
+        let (sums, columns) = slot.split_at_mut((MAPS * steps).div_ceil(2));
+        let mut columns = columns.as_flattened_mut();
+        let columns = std::array::from_fn(|map| {
+            let column = &sets[map * set_len + start..][..used];
+            // Columns are read backwards. Several sets lie beyond the nearest cache, from where a copy forwards, which processors
+            // foresee, brings them faster; order 0 gets the sines that it lacks.
+            if MAPS == 1 && m > 0 {
+                return column;
+            }
+            let copy = columns.split_off_mut(..2 * count).unwrap_or_default();
+            copy[..used].copy_from_slice(column);
+            copy[used..].fill(0.0);
+            copy
+        });
+        let sums = &mut sums.as_flattened_mut().as_chunks_mut().0.as_chunks_mut().0[..steps];
+        self.recurrence.prepare::<MAPS>(m, &columns, sums);
         let octets = out.len() / MAPS;
         let mut rest = out;
         let mut out: [&mut [Quad]; MAPS] =
             std::array::from_fn(|_| rest.split_off_mut(..octets).unwrap_or_default());
-        kernel::synthesise(simd, &self.recurrence, m, sums.as_chunks().0, &mut out);
+        kernel::synthesise(simd, &self.recurrence, m, sums, &mut out);
     }
 
     /// Eight northern rows and their mirror images from their sums; `sums[m · stride]` is order m's.
@@ -774,12 +781,9 @@ impl Plan {
         }
         let parts: [&[Quad]; MAPS] =
             std::array::from_fn(|map| &parts[map * octets..(map + 1) * octets]);
-        kernel::analyse(simd, &self.recurrence, m, &parts, sums.as_chunks_mut().0);
-        let count = self.degree + 1 - m;
-        for (map, column) in columns.into_iter().enumerate() {
-            let (cosine, sine) = column.split_at_mut(count);
-            self.recurrence.finish(m, &sums[map..], MAPS, cosine, sine);
-        }
+        let sums: &mut [[Lanes; MAPS]] = sums.as_chunks_mut().0;
+        kernel::analyse(simd, &self.recurrence, m, &parts, sums);
+        self.recurrence.finish::<MAPS>(m, sums, columns);
     }
 }
 
