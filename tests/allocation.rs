@@ -53,7 +53,7 @@ fn transforms() {
     ] {
         let grid = grid.unwrap();
         let transform = Transform::new(&grid, grid.max_degree()).unwrap();
-        for batch in [1, 3, 8] {
+        for batch in [1, 3, 8, 37] {
             let mut sets = vec![0.5; batch * transform.coefficient_count()];
             let mut maps = vec![0.0; batch * grid.len()];
             let mut scratch = vec![0.0; transform.scratch_len(batch)];

@@ -32,8 +32,8 @@ fn check(name: &str, compute: impl Fn(Parallelism) -> Vec<f64> + Sync) {
 
 #[test]
 fn transforms() {
-    // A single large map divides by order and ring, a batch of small ones by map.
-    for (degree, batch) in [(700, 1), (63, 1), (63, 7), (255, 4)] {
+    // A single large map divides by order and ring, a batch of small ones by map or by eight maps.
+    for (degree, batch) in [(700, 1), (63, 1), (63, 7), (255, 4), (63, 70)] {
         let grid = Grid::gauss_legendre(degree + 1, 2 * degree + 2).unwrap();
         let transform = Transform::new(&grid, degree).unwrap();
         let count = transform.coefficient_count();

@@ -125,9 +125,9 @@ fn synthesise_steps<
 #[inline(always)]
 fn synthesise_block<
     S: Simd,
+    const MAPS: usize,
     const WIDTH: usize,
     const HALF: usize,
-    const MAPS: usize,
     const POLES: usize,
 >(
     simd: S,
@@ -220,9 +220,9 @@ fn analyse_steps<
 #[inline(always)]
 fn analyse_block<
     S: Simd,
+    const MAPS: usize,
     const WIDTH: usize,
     const HALF: usize,
-    const MAPS: usize,
     const POLES: usize,
 >(
     simd: S,
@@ -279,17 +279,158 @@ fn weigh<S: Simd, const FROM: usize, const WIDTH: usize>(
     totals
 }
 
+/// p_k on the octets of a block, `table[k][octet]`, and from which step on each octet's are not all zero.
+#[inline(always)]
+fn tabulate<S: Simd, const WIDTH: usize, const POLES: usize>(
+    simd: S,
+    recurrence: &Recurrence,
+    m: usize,
+    first: usize,
+    table: &mut [[Lanes; WIDTH]],
+) -> [usize; WIDTH] {
+    let steps = recurrence.steps(m);
+    let last = steps.len();
+    let mut entries = std::array::from_fn(|v| recurrence.entries(m, first + v));
+    let begins = entries.map(|entries| entries.first().map_or(last, |entry| entry.step));
+    let mut state = State::<S, WIDTH, POLES>::new(simd, block(&recurrence.octets, first));
+    let mut k = first_step(&entries, last);
+    while k < last {
+        let next = state.admit(simd, &mut entries, k, last);
+        for (step, table) in steps[k..next].iter().zip(&mut table[k..next]) {
+            for v in 0..WIDTH {
+                state.p[v].store_array(&mut table[v]);
+            }
+            state.advance::<0>(simd, step);
+        }
+        k = next;
+    }
+    begins
+}
+
+/// How many rings, or steps, the product of eight maps takes at once: as many as the registers hold sums of.
+const TILE: usize = 4;
+
+/// Σ_k p_k · sums of eight maps, a lane a map, on the rings of a block: `out[ring]`.
+#[inline(always)]
+fn synthesise_block_of_eight<
+    S: Simd,
+    const WIDTH: usize,
+    const _HALF: usize,
+    const POLES: usize,
+>(
+    simd: S,
+    recurrence: &Recurrence,
+    m: usize,
+    first: usize,
+    sums: &[Quad],
+    (out, table): &mut (&mut [Quad], &mut [Lanes]),
+) {
+    let table = &mut table.as_chunks_mut().0[..recurrence.steps(m).len()];
+    let begins = tabulate::<S, WIDTH, POLES>(simd, recurrence, m, first, table);
+    let octets = block::<_, WIDTH>(&recurrence.octets, first);
+    let out = &mut out.as_chunks_mut::<LANES>().0[first..first + WIDTH];
+    for v in 0..WIDTH {
+        let (table, sums) = (&table[begins[v]..], &sums[begins[v]..]);
+        for (tile, out) in out[v].as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
+            let mut totals = [[f64x8::splat(simd, 0.0); 4]; TILE];
+            for (p, sums) in table.iter().zip(sums) {
+                let p = &p[v].as_chunks::<TILE>().0[tile];
+                let mut factors = [f64x8::splat(simd, 0.0); 4];
+                for part in 0..4 {
+                    factors[part] = f64x8::load_array_ref(simd, &sums[part]);
+                }
+                for ring in 0..TILE {
+                    let p = f64x8::splat(simd, p[ring]);
+                    for part in 0..4 {
+                        totals[ring][part] = p.mul_add(factors[part], totals[ring][part]);
+                    }
+                }
+            }
+            let x = &octets[v].x.as_chunks::<TILE>().0[tile];
+            for ring in 0..TILE {
+                let x = f64x8::splat(simd, x[ring]);
+                let [ec, es, oc, os] = totals[ring];
+                x.mul_add(oc, ec).store_array(&mut out[ring][0]);
+                x.mul_add(os, es).store_array(&mut out[ring][1]);
+                (ec - x * oc).store_array(&mut out[ring][2]);
+                (es - x * os).store_array(&mut out[ring][3]);
+            }
+        }
+    }
+}
+
+/// Adds Σ over the rings of a block of p_k · parts, `parts[ring]`, to `sums[k]` of eight maps, a lane a map.
+#[inline(always)]
+fn analyse_block_of_eight<S: Simd, const WIDTH: usize, const _HALF: usize, const POLES: usize>(
+    simd: S,
+    recurrence: &Recurrence,
+    m: usize,
+    first: usize,
+    parts: &[Quad],
+    (sums, table): &mut (&mut [Quad], &mut [Lanes]),
+) {
+    let table = &mut table.as_chunks_mut().0[..recurrence.steps(m).len()];
+    let begins = tabulate::<S, WIDTH, POLES>(simd, recurrence, m, first, table);
+    let parts = &parts.as_chunks::<LANES>().0[first..first + WIDTH];
+    for v in 0..WIDTH {
+        let (tables, last_table) = table[begins[v]..].as_chunks::<TILE>();
+        let (sums, last_sums) = sums[begins[v]..].as_chunks_mut::<TILE>();
+        for (p, sums) in tables.iter().zip(sums) {
+            analyse_tile(simd, v, p, &parts[v], sums);
+        }
+        // The steps are even in number.
+        let rest = last_table.as_chunks::<2>().0.iter();
+        for (p, sums) in rest.zip(last_sums.as_chunks_mut().0) {
+            analyse_tile(simd, v, p, &parts[v], sums);
+        }
+    }
+}
+
+/// Some steps of eight rings.
+#[inline(always)]
+fn analyse_tile<S: Simd, const STEPS: usize, const WIDTH: usize>(
+    simd: S,
+    v: usize,
+    p: &[[Lanes; WIDTH]; STEPS],
+    parts: &[Quad; LANES],
+    sums: &mut [Quad; STEPS],
+) {
+    let mut totals = [[f64x8::splat(simd, 0.0); 4]; STEPS];
+    for step in 0..STEPS {
+        for part in 0..4 {
+            totals[step][part] = f64x8::load_array_ref(simd, &sums[step][part]);
+        }
+    }
+    for ring in 0..LANES {
+        let mut factors = [f64x8::splat(simd, 0.0); 4];
+        for part in 0..4 {
+            factors[part] = f64x8::load_array_ref(simd, &parts[ring][part]);
+        }
+        for step in 0..STEPS {
+            let p = f64x8::splat(simd, p[step][v][ring]);
+            for part in 0..4 {
+                totals[step][part] = p.mul_add(factors[part], totals[step][part]);
+            }
+        }
+    }
+    for step in 0..STEPS {
+        for part in 0..4 {
+            totals[step][part].store_array(&mut sums[step][part]);
+        }
+    }
+}
+
 /// Runs a kernel on every block of octets. Where `$halved`, four octets go as twice two; vectors of fewer lanes than an octet have room
 /// for one octet only.
 macro_rules! over_blocks {
-    ($kernel:ident, $halved:expr, $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:ident) => {
+    ($kernel:ident $(<$maps:ident>)?, $halved:expr, $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:expr) => {
         for block in &$recurrence.blocks {
             macro_rules! run {
                 ($first:expr, $width:literal, $half:literal, $poles:literal) => {
                     $simd.vectorize(
                         #[inline(always)]
                         || {
-                            $kernel::<S, $width, $half, MAPS, $poles>(
+                            $kernel::<S, $($maps,)? $width, $half, $poles>(
                                 $simd,
                                 $recurrence,
                                 $m,
@@ -344,7 +485,15 @@ pub(crate) fn synthesise<S: Simd, const MAPS: usize>(
     out: &mut [&mut [Quad]; MAPS],
 ) {
     // The sums of three maps fill the registers with two octets.
-    over_blocks!(synthesise_block, MAPS > 1, simd, recurrence, m, sums, out);
+    over_blocks!(
+        synthesise_block<MAPS>,
+        MAPS > 1,
+        simd,
+        recurrence,
+        m,
+        sums,
+        out
+    );
 }
 
 /// Analysis of `MAPS` maps (1 or 3) at order m: see [`analyse_block`].
@@ -356,5 +505,45 @@ pub(crate) fn analyse<S: Simd, const MAPS: usize>(
     parts: &[&[Quad]; MAPS],
     sums: &mut [[Lanes; MAPS]],
 ) {
-    over_blocks!(analyse_block, false, simd, recurrence, m, parts, sums);
+    over_blocks!(analyse_block<MAPS>, false, simd, recurrence, m, parts, sums);
+}
+
+/// Synthesis of eight maps at order m, see [`synthesise_block_of_eight`]: their sums by ring, and a table to work in.
+#[inline(always)]
+pub(crate) fn synthesise_eight<S: Simd>(
+    simd: S,
+    recurrence: &Recurrence,
+    m: usize,
+    sums: &[Quad],
+    mut out: (&mut [Quad], &mut [Lanes]),
+) {
+    over_blocks!(
+        synthesise_block_of_eight,
+        false,
+        simd,
+        recurrence,
+        m,
+        sums,
+        &mut out
+    );
+}
+
+/// Analysis of eight maps at order m, see [`analyse_block_of_eight`]: their sums by step, and a table to work in.
+#[inline(always)]
+pub(crate) fn analyse_eight<S: Simd>(
+    simd: S,
+    recurrence: &Recurrence,
+    m: usize,
+    parts: &[Quad],
+    mut out: (&mut [Quad], &mut [Lanes]),
+) {
+    over_blocks!(
+        analyse_block_of_eight,
+        false,
+        simd,
+        recurrence,
+        m,
+        parts,
+        &mut out
+    );
 }

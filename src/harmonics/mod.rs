@@ -13,6 +13,7 @@
 
 mod coefficients;
 mod convention;
+mod eights;
 mod kernel;
 pub mod legendre;
 mod meridian;

@@ -157,7 +157,7 @@ impl Recurrence {
     }
 
     /// The scales of order m.
-    fn scales(&self, m: usize) -> &[Scale] {
+    pub(crate) fn scales(&self, m: usize) -> &[Scale] {
         &self.scales[self.starts[m]..self.starts[m + 1]]
     }
 

@@ -13,7 +13,7 @@ use super::meridian::Meridian;
 use super::recurrence::{LANES, Lanes, Recurrence};
 use super::ring_fft::{Element, RingFft, transpose};
 use super::simd::wide;
-use super::work::{Chunks, Octets, Orders, aligned, divided, inside_pool};
+use super::work::{Chunks, Octets, Orders, Rows, aligned, divided, inside_pool};
 use crate::error::{check_finite, check_length};
 use crate::sphere::Grid;
 use crate::{Error, Parallelism, Result};
@@ -41,19 +41,19 @@ pub const MAX_DEGREE: usize = 4096;
 #[derive(Clone)]
 pub struct Transform(Arc<Plan>);
 
-struct Plan {
-    grid: Grid,
-    degree: usize,
-    orders: usize,
-    level: Level,
-    recurrence: Recurrence,
+pub(super) struct Plan {
+    pub(super) grid: Grid,
+    pub(super) degree: usize,
+    pub(super) orders: usize,
+    pub(super) level: Level,
+    pub(super) recurrence: Recurrence,
     fft: RingFft,
     /// e^(i m φ₀) for each order, halved for m > 0.
     phases: Vec<[f64; 2]>,
     /// Where the degree is more than weights on the rings serve: what makes them serve.
     meridian: Option<Meridian>,
     /// The quadrature weights of each octet's rings, in steradians a point.
-    weights: Vec<Lanes>,
+    pub(super) weights: Vec<Lanes>,
     /// How many threads the scratch serves.
     workers: usize,
 }
@@ -273,6 +273,9 @@ impl Transform {
 /// How many maps share a recurrence.
 const GROUP: usize = 3;
 
+/// From so many maps on they go in eights: of fewer, threads would have too few eights to share.
+const MANY: usize = 32;
+
 /// Up to this degree a group is too little work to divide among threads, so groups are.
 const SMALL_DEGREE: usize = 512;
 
@@ -284,14 +287,25 @@ const PARTS: usize = 4;
 
 impl Plan {
     /// How many maps go together, and how many such groups there are.
-    fn groups(batch: usize) -> (usize, usize) {
-        let group = if batch < GROUP { 1 } else { GROUP };
+    fn groups(&self, batch: usize) -> (usize, usize) {
+        let group = if self.by_eights(batch) {
+            LANES
+        } else if batch < GROUP {
+            1
+        } else {
+            GROUP
+        };
         (group, batch.div_ceil(group))
     }
 
     /// Whether threads take whole groups.
     fn by_groups(&self, batch: usize) -> bool {
         self.degree <= SMALL_DEGREE && batch >= 2 * GROUP
+    }
+
+    /// Whether groups are of eight maps, a lane each.
+    fn by_eights(&self, batch: usize) -> bool {
+        self.by_groups(batch) && batch >= MANY && self.meridian.is_none()
     }
 
     fn worthwhile(&self, batch: usize, parallelism: Parallelism) -> Parallelism {
@@ -323,17 +337,21 @@ impl Plan {
     }
 
     /// Lines that the work on sixteen rings needs.
-    fn rows_len(&self) -> usize {
+    pub(super) fn rows_len(&self) -> usize {
         2 * self.fft.work_len()
     }
 
     fn group_lines(&self, group: usize, parts: usize) -> usize {
+        if group == LANES {
+            // The maps that are left over go in threes.
+            return self.eight_lines().max(self.group_lines(GROUP, parts));
+        }
         group * self.spectrum_len()
             + parts * (self.order_len(group) + self.meridian_len(group)).max(self.rows_len())
     }
 
     fn scratch_lines(&self, batch: usize) -> usize {
-        let (group, groups) = Self::groups(batch);
+        let (group, groups) = self.groups(batch);
         let parts = PARTS * self.workers;
         if self.by_groups(batch) {
             self.workers.min(groups) * self.group_lines(group, 1)
@@ -353,7 +371,7 @@ impl Plan {
         let size = self.grid.len();
         let count = coefficient_count(self.degree, self.orders);
         let batch = sets.len() / count;
-        let (group, groups) = Self::groups(batch);
+        let (group, groups) = self.groups(batch);
         let maps = Chunks {
             values: maps,
             length: group * size,
@@ -364,9 +382,16 @@ impl Plan {
                 .chunks(group * count)
                 .zip(maps.chunks_mut(group * size))
             {
-                if maps.len() == GROUP * size {
-                    self.synthesise_group::<GROUP>(sets, maps, scratch, parallelism);
-                } else {
+                if maps.len() == LANES * size {
+                    self.synthesise_eight(sets, maps, scratch);
+                    continue;
+                }
+                let threes = maps.chunks_mut(GROUP * size);
+                for (sets, maps) in sets.chunks(GROUP * count).zip(threes) {
+                    if maps.len() == GROUP * size {
+                        self.synthesise_group::<GROUP>(sets, maps, scratch, parallelism);
+                        continue;
+                    }
                     for (set, map) in sets.chunks_exact(count).zip(maps.chunks_exact_mut(size)) {
                         self.synthesise_group::<1>(set, map, scratch, parallelism);
                     }
@@ -430,9 +455,9 @@ impl Plan {
                 self.rows_len(),
                 &|range, rows, scratch| {
                     wide!(self.level, simd => {
-                        for (octet, [north, south]) in range.zip(rows) {
+                        for (octet, rows) in range.zip(rows) {
                             let sums = &spectra[index * octets + octet..];
-                            self.synthesise_rows(simd, sums, MAPS * octets, north, south, scratch);
+                            self.synthesise_rows(simd, sums, MAPS * octets, rows, scratch);
                         }
                     });
                 },
@@ -479,13 +504,12 @@ impl Plan {
 
     /// Eight northern rows and their mirror images from their sums; `sums[m · stride]` is order m's.
     #[inline(always)]
-    fn synthesise_rows<S: Simd>(
+    pub(super) fn synthesise_rows<S: Simd>(
         &self,
         simd: S,
         sums: &[Quad],
         stride: usize,
-        north: &mut [f64],
-        south: &mut [f64],
+        rows: Rows<&mut [f64]>,
         slot: &mut [Lanes],
     ) {
         let columns = self.grid.columns();
@@ -511,8 +535,7 @@ impl Plan {
             }
         }
         self.fft.inverse(simd, buffer);
-        for (part, rows) in [north, south].into_iter().enumerate() {
-            let count = rows.len() / columns;
+        for (part, mut rows) in rows.into_iter().enumerate() {
             let mut chunks = buffer[..columns].chunks_exact(LANES);
             let mut column = 0;
             for chunk in &mut chunks {
@@ -520,20 +543,17 @@ impl Plan {
                 for (lane, element) in lanes.iter_mut().zip(chunk) {
                     *lane = f64x8::load_array_ref(simd, &element[part]);
                 }
-                let lanes = transpose(lanes);
-                for (lane, values) in lanes.into_iter().enumerate() {
-                    if let Some(row) = row_of(part, lane, count)
-                        && let Some(out) = rows[row * columns + column..].first_chunk_mut()
-                    {
+                for (row, values) in rows.iter_mut().zip(transpose(lanes)) {
+                    if let Some(out) = row.get_mut(column..).and_then(<[f64]>::first_chunk_mut) {
                         values.store_array(out);
                     }
                 }
                 column += LANES;
             }
             for element in chunks.remainder() {
-                for (lane, value) in element[part].iter().enumerate() {
-                    if let Some(row) = row_of(part, lane, count) {
-                        rows[row * columns + column] = *value;
+                for (row, value) in rows.iter_mut().zip(element[part]) {
+                    if let Some(out) = row.get_mut(column) {
+                        *out = value;
                     }
                 }
                 column += 1;
@@ -552,7 +572,7 @@ impl Plan {
         let size = self.grid.len();
         let count = coefficient_count(self.degree, self.orders);
         let batch = sets.len() / count;
-        let (group, groups) = Self::groups(batch);
+        let (group, groups) = self.groups(batch);
         let sets = Chunks {
             values: sets,
             length: group * count,
@@ -563,9 +583,16 @@ impl Plan {
                 .chunks_mut(group * count)
                 .zip(maps.chunks(group * size))
             {
-                if sets.len() == GROUP * count {
-                    self.analyse_group::<GROUP>(maps, sets, scratch, parallelism);
-                } else {
+                if sets.len() == LANES * count {
+                    self.analyse_eight(maps, sets, scratch);
+                    continue;
+                }
+                let threes = maps.chunks(GROUP * size);
+                for (sets, maps) in sets.chunks_mut(GROUP * count).zip(threes) {
+                    if sets.len() == GROUP * count {
+                        self.analyse_group::<GROUP>(maps, sets, scratch, parallelism);
+                        continue;
+                    }
                     for (set, map) in sets.chunks_exact_mut(count).zip(maps.chunks_exact(size)) {
                         self.analyse_group::<1>(map, set, scratch, parallelism);
                     }
@@ -615,7 +642,7 @@ impl Plan {
                     for (index, out) in range.zip(spectra.values.chunks_exact_mut(orders)) {
                         let (map, octet) = (index / octets, index % octets);
                         let map = &maps[map * self.grid.len()..][..self.grid.len()];
-                        self.analyse_rows(simd, octet, map, out, scratch);
+                        self.analyse_rows(simd, self.rows_of(octet, map), out, scratch);
                     }
                 });
             },
@@ -640,37 +667,41 @@ impl Plan {
         );
     }
 
+    /// The rows of an octet.
+    fn rows_of<'a>(&self, octet: usize, map: &'a [f64]) -> Rows<&'a [f64]> {
+        let (columns, rings) = (self.grid.columns(), self.grid.rings());
+        let row = |row: usize| &map[row * columns..(row + 1) * columns];
+        let ring = |lane: usize| octet * LANES + lane;
+        [
+            std::array::from_fn(|lane| match ring(lane) {
+                ring if ring < rings.div_ceil(2) => row(ring),
+                _ => &[],
+            }),
+            std::array::from_fn(|lane| match ring(lane) {
+                ring if ring < rings / 2 => row(rings - 1 - ring),
+                _ => &[],
+            }),
+        ]
+    }
+
     /// Eight northern rows and their mirror images to their sums over azimuth, `out[m]`.
     #[inline(always)]
-    fn analyse_rows<S: Simd>(
+    pub(super) fn analyse_rows<S: Simd>(
         &self,
         simd: S,
-        octet: usize,
-        map: &[f64],
+        rows: Rows<&[f64]>,
         out: &mut [Quad],
         slot: &mut [Lanes],
     ) {
         let columns = self.grid.columns();
-        let rings = self.grid.rings();
         let buffer: &mut [Element] = slot.as_chunks_mut().0;
-        // Row by lane; none for lanes beyond the equator.
-        let rows = |part: usize, lane: usize| -> Option<&[f64]> {
-            let ring = octet * LANES + lane;
-            let row = if part == 0 {
-                (ring < rings.div_ceil(2)).then_some(ring)
-            } else {
-                (ring < rings / 2).then(|| rings - 1 - ring)
-            };
-            row.map(|row| &map[row * columns..(row + 1) * columns])
-        };
-        for part in 0..2 {
-            let rows: [Option<&[f64]>; LANES] = std::array::from_fn(|lane| rows(part, lane));
+        for (part, rows) in rows.iter().enumerate() {
             let mut chunks = buffer[..columns].chunks_exact_mut(LANES);
             let mut column = 0;
             for chunk in &mut chunks {
                 let mut lanes = [f64x8::splat(simd, 0.0); LANES];
-                for (lane, row) in lanes.iter_mut().zip(&rows) {
-                    if let Some(values) = row.and_then(|row| row[column..].first_chunk()) {
+                for (lane, row) in lanes.iter_mut().zip(rows) {
+                    if let Some(values) = row.get(column..).and_then(<[f64]>::first_chunk) {
                         *lane = f64x8::load_array_ref(simd, values);
                     }
                 }
@@ -680,7 +711,7 @@ impl Plan {
                 column += LANES;
             }
             for element in chunks.into_remainder() {
-                element[part] = rows.map(|row| row.map_or(0.0, |row| row[column]));
+                element[part] = rows.map(|row| row.get(column).copied().unwrap_or(0.0));
                 column += 1;
             }
         }
@@ -788,25 +819,13 @@ impl Plan {
 }
 
 #[inline(always)]
-fn load_quad<S: Simd>(simd: S, quad: &Quad) -> [f64x8<S>; 4] {
+pub(super) fn load_quad<S: Simd>(simd: S, quad: &Quad) -> [f64x8<S>; 4] {
     [
         f64x8::load_array_ref(simd, &quad[0]),
         f64x8::load_array_ref(simd, &quad[1]),
         f64x8::load_array_ref(simd, &quad[2]),
         f64x8::load_array_ref(simd, &quad[3]),
     ]
-}
-
-/// Which of `count` rows a lane is: from the north downwards, or from the south upwards.
-#[inline(always)]
-fn row_of(part: usize, lane: usize, count: usize) -> Option<usize> {
-    if lane >= count {
-        None
-    } else if part == 0 {
-        Some(lane)
-    } else {
-        Some(count - 1 - lane)
-    }
 }
 
 impl std::fmt::Debug for Transform {

@@ -78,6 +78,9 @@ impl<T: Send> Divide for Chunks<'_, T> {
     }
 }
 
+/// Northern rows by lane, and their mirror images; empty where a lane has none.
+pub(crate) type Rows<T> = [[T; LANES]; 2];
+
 /// Eight rows of a map and their mirror images each. The southern rows go from north to south; the equator of an odd number of rings
 /// is a northern row.
 pub(crate) struct Octets<'a> {
@@ -99,16 +102,24 @@ impl<'a> Octets<'a> {
 }
 
 impl<'a> Iterator for Octets<'a> {
-    type Item = [&'a mut [f64]; 2];
+    type Item = Rows<&'a mut [f64]>;
 
-    /// The northern and the southern rows of the next octet.
+    /// The rows of the next octet.
     fn next(&mut self) -> Option<Self::Item> {
         let length = LANES * self.columns;
         let north = self.north.split_off_mut(..length.min(self.north.len()))?;
         let south = self
             .south
             .split_off_mut(self.south.len().saturating_sub(length)..)?;
-        (!north.is_empty()).then_some([north, south])
+        if north.is_empty() {
+            return None;
+        }
+        let mut north = north.chunks_exact_mut(self.columns);
+        let mut south = south.rchunks_exact_mut(self.columns);
+        Some([
+            std::array::from_fn(|_| north.next().unwrap_or_default()),
+            std::array::from_fn(|_| south.next().unwrap_or_default()),
+        ])
     }
 }
 
