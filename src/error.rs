@@ -64,6 +64,14 @@ pub enum Error {
     /// The input is well formed but the operation has no answer for it.
     #[error("{0}")]
     Unanswerable(String),
+    /// Bytes in memory that should be what a file holds are not: see [`File`](Self::File) for those that are in one.
+    #[error("{problem}; {remedy}")]
+    Contents {
+        /// What is wrong with them.
+        problem: String,
+        /// What the reader of the message can do.
+        remedy: String,
+    },
     /// A file cannot be read, understood or written.
     #[error("{}: {problem}; {remedy}", path.display())]
     File {

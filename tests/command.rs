@@ -264,6 +264,7 @@ fn a_folder_of_angular_maps_works() {
             "16",
             "--out",
             "r",
+            "--json",
         ],
         at,
     );
@@ -271,6 +272,12 @@ fn a_folder_of_angular_maps_works() {
         output.status.success(),
         "{}",
         String::from_utf8_lossy(&output.stderr)
+    );
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let written = std::fs::read(at.join("r/accuracy.json")).unwrap();
+    assert_eq!(
+        said,
+        serde_json::from_slice::<serde_json::Value>(&written).unwrap()
     );
     assert!(at.join("r/index.html").is_file());
 }

@@ -131,8 +131,10 @@ fn huge_headers_cost_nothing() {
     assert!(refused(&hdr("-Y 18446744073709551615 +X 2")).contains("more than"));
     assert!(refused(&hdr("-Y 0 +X 2")).contains("not empty"));
     // Allowed sizes with nothing behind them.
-    assert!(refused(&hdr("-Y 5792 +X 11584")).contains("ends before its last pixel"));
-    assert!(refused(b"PF\n8192 8192\n-1.0\n").contains("ends before its last pixel"));
+    assert!(refused(&hdr("-Y 5792 +X 11584")).contains("more than a file of its length"));
+    assert!(refused(&hdr("-Y 100 +X 200")).contains("ends before its last pixel"));
+    assert!(refused(b"PF\n8192 8192\n-1.0\n").contains("more than a file of its length"));
+    assert!(refused(b"PF\n80 80\n-1.0\n").contains("ends before its last pixel"));
     assert!(refused(b"PF\n99999999 99999999\n-1.0\n").contains("more than"));
     // The size of an EXR: its data window.
     let mut exr = std::fs::read(folder().join("half-zip.exr")).unwrap();

@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
+use serde_json::json;
+
 use crate::cli::arguments::Accuracy;
+use crate::cli::console;
 use crate::contracts::{Snapshots, measure_all, print};
 use crate::{Error, Parallelism, Result};
 
@@ -19,7 +22,22 @@ pub(super) fn run(options: &Accuracy) -> Result<()> {
         None => Snapshots::find(Path::new("."))?,
     };
     let measured = measure_all(&snapshots, Parallelism::Rayon);
-    print!("{}", print(&snapshots, &measured));
+    console::answer(print(&snapshots, &measured).trim_end());
+    for (contract, result) in &measured {
+        console::json(&match result {
+            Ok(measurement) => json!({
+                "id": contract.id,
+                "function": contract.function,
+                "bound": contract.bound,
+                "largest": measurement.largest,
+                "mean": measurement.mean,
+                "points": measurement.points,
+                "at": measurement.at,
+                "broken": contract.verdict(measurement),
+            }),
+            Err(error) => json!({ "id": contract.id, "error": error.to_string() }),
+        })?;
+    }
     let broken = measured
         .iter()
         .filter(|(contract, result)| match result {

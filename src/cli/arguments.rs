@@ -13,14 +13,36 @@ use crate::sphere::Mapping;
 
 /// Reflectance in the frequency domain: what a surface is, from what it does to natural light.
 #[derive(Debug, Parser)]
-#[command(version, about, max_term_width = 100)]
+#[command(version, about, max_term_width = 100, after_help = AFTER)]
 pub(super) struct Arguments {
     /// How many threads to use [default: one a core].
     #[arg(long, short, global = true, value_name = "N")]
     pub(super) jobs: Option<NonZeroUsize>,
+    /// Say the answer and what is wrong, and nothing else.
+    #[arg(long, short, global = true)]
+    pub(super) quiet: bool,
+    /// Give the answer as JSON, an object a line, instead of tables and sentences.
+    #[arg(long, global = true)]
+    pub(super) json: bool,
     #[command(subcommand)]
     pub(super) verb: Verb,
 }
+
+const AFTER: &str = "\
+Examples:
+  lobes reproduce
+  lobes classify photo.jpg
+  lobes spectrum --json sky.hdr
+  lobes render --light blender-city
+
+Exit codes:
+  0    done
+  1    something that was given or met is wrong; one sentence on standard error says what
+  2    the command line cannot be read
+  130  stopped by Ctrl-C, or asked to end; nothing is left half-written
+
+Answers go to standard output, everything else to standard error. Progress is shown on a terminal only. The environment \
+variable NO_COLOR takes colour away.";
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Verb {
@@ -36,6 +58,31 @@ pub(super) enum Verb {
     Fit(Fit),
     /// The accuracy contracts, measured: the contents of ACCURACY.md.
     Accuracy(Accuracy),
+    /// What a shell needs to complete the command's arguments.
+    Completions(Completions),
+    /// The manual page of the command, or of a verb.
+    Man(Man),
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes completions bash > ~/.local/share/bash-completion/completions/lobes
+  lobes completions zsh > ~/.zfunc/_lobes
+  lobes completions fish > ~/.config/fish/completions/lobes.fish")]
+pub(super) struct Completions {
+    /// The shell.
+    pub(super) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes man > lobes.1
+  lobes man render > lobes-render.1")]
+pub(super) struct Man {
+    /// The verb; without it, the page of the command.
+    pub(super) verb: Option<String>,
 }
 
 /// Where light comes from.
@@ -62,6 +109,12 @@ pub(super) struct Materials {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes reproduce
+  lobes reproduce --illuminations probes --mapping angular-map --out report-of-probes
+  lobes reproduce --protocol blind --classifier paper --classifier combined
+  lobes reproduce --materials data/materials/without-copper.toml --lobe ward1992")]
 pub(super) struct Reproduce {
     #[command(flatten)]
     pub(super) lights: Lights,
@@ -98,6 +151,12 @@ pub(super) struct Reproduce {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes spectrum
+  lobes spectrum sky.hdr probe.exr --degree 64 --plot sky.svg
+  lobes spectrum --mapping angular-map grace_probe.hdr
+  lobes spectrum --json sky.hdr > sky.json")]
 pub(super) struct Spectrum {
     /// Environment maps (.hdr, .exr, .pfm); without any, the built-in ones.
     pub(super) files: Vec<PathBuf>,
@@ -113,6 +172,12 @@ pub(super) struct Spectrum {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes render --light blender-city
+  lobes render --light sky.hdr --material \"chrome metal\" --size 512 --out chrome
+  lobes render --light blender-city --elevation 45 --distance 4
+  lobes render --set spheres.toml --out spheres")]
 pub(super) struct Render {
     #[command(flatten)]
     pub(super) materials: Materials,
@@ -173,6 +238,10 @@ pub(super) struct Render {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes accuracy > ACCURACY.md
+  lobes accuracy --json --snapshots oracles/snapshots")]
 pub(super) struct Accuracy {
     /// The folder of the oracles' snapshots; by default oracles/snapshots of the repository that
     /// holds the current folder.
@@ -181,6 +250,11 @@ pub(super) struct Accuracy {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes fit gold-metallic-paint.binary
+  lobes fit measured.csv --lobe ward1992 --anisotropic --plot measured.svg
+  lobes fit measured.csv --json")]
 pub(super) struct Fit {
     /// A MERL file (.binary), or a CSV of theta_i, phi_i, theta_o, phi_o in degrees and value in 1/sr.
     pub(super) file: PathBuf,
@@ -211,6 +285,12 @@ fn protocol(name: &str) -> Result<Protocols, crate::Error> {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes classify photo.jpg
+  lobes classify photo.jpg --circle 812,604,390
+  lobes classify pictures --json > answers.jsonl
+  lobes classify pictures --report --out pages")]
 pub(super) struct Classify {
     /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG or JPEG; a folder stands for the pictures in it.
     #[arg(required = true, value_name = "IMAGE")]
@@ -222,9 +302,6 @@ pub(super) struct Classify {
     /// Where the sphere is, in pixels from the left and the top, and its radius; without it the mask (alpha) tells, or it is found.
     #[arg(long, value_name = "X,Y,R")]
     pub(super) circle: Option<Circle>,
-    /// A line of JSON for each picture.
-    #[arg(long)]
-    pub(super) json: bool,
     /// Draw each posterior, as a page.
     #[arg(long)]
     pub(super) report: bool,
@@ -240,4 +317,37 @@ pub(super) struct Classify {
     /// Learn anew, without the features that an earlier run kept.
     #[arg(long)]
     pub(super) fresh: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// Every verb's help ends with examples, and the command line reads every one.
+    #[test]
+    fn examples_are_read() {
+        let command = Arguments::command();
+        command.clone().debug_assert();
+        for verb in command.get_subcommands() {
+            let help = verb.clone().render_help().to_string();
+            let examples: Vec<&str> = help
+                .lines()
+                .filter_map(|line| line.strip_prefix("  lobes "))
+                .collect();
+            assert!(examples.len() >= 2, "{}: {help}", verb.get_name());
+            for example in examples {
+                let words = example.split(" > ").next().unwrap_or_default();
+                // One quoted word at most.
+                let mut parts = words.split('"');
+                let mut line: Vec<&str> = vec!["lobes"];
+                line.extend(parts.next().unwrap_or_default().split_whitespace());
+                line.extend(parts.next());
+                line.extend(parts.next().unwrap_or_default().split_whitespace());
+                let read = Arguments::try_parse_from(&line);
+                assert!(read.is_ok(), "{line:?}: {:?}", read.err());
+            }
+        }
+    }
 }

@@ -10,7 +10,7 @@ use crate::cli::arguments::Classify;
 use crate::cli::output::OutputFolder;
 use crate::cli::photo::{Circle, Photo};
 use crate::cli::training::{self, Kind, Reach, SIZE};
-use crate::cli::{lights, materials, progress};
+use crate::cli::{console, lights, materials, progress};
 use crate::illumination::Luminance;
 use crate::reflection::{SphereImage, Viewpoint};
 use crate::report::{Figure, Page, encode_png, posterior_map};
@@ -69,21 +69,20 @@ pub(super) fn run(options: &Classify) -> Result<()> {
         match (sphere, verdict) {
             (Ok(sphere), Ok(verdict)) => {
                 let names = models[&sphere.kind].materials();
-                if options.json {
-                    println!("{}", line_of_json(path, sphere, verdict, names));
-                } else {
-                    println!("{}: {}", path.display(), sentence(sphere, verdict, names));
-                }
+                console::json(&line_of_json(path, sphere, verdict, names))?;
+                console::answer(format!(
+                    "{}: {}",
+                    path.display(),
+                    sentence(sphere, verdict, names)
+                ));
             }
             (Err(error), _) | (_, Err(error)) => {
                 failed += 1;
-                if options.json {
-                    println!(
-                        "{}",
-                        json!({ "file": path.display().to_string(), "error": error.to_string() })
-                    );
-                } else {
-                    eprintln!("{}", of_file(path, error));
+                console::json(
+                    &json!({ "file": path.display().to_string(), "error": error.to_string() }),
+                )?;
+                if !console::is_json() {
+                    console::complain(of_file(path, error));
                 }
             }
         }
@@ -357,12 +356,15 @@ fn write(
     }
     output.commit()?;
     if options.report {
-        eprintln!("wrote {}", options.out.join("index.html").display());
+        console::note(format!(
+            "wrote {}",
+            options.out.join("index.html").display()
+        ));
     } else {
-        eprintln!(
+        console::note(format!(
             "wrote where spheres were found to {}",
             options.out.display()
-        );
+        ));
     }
     Ok(())
 }

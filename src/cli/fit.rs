@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use comfy_table::{CellAlignment, Table, presets};
+use serde_json::json;
 
 use crate::cli::arguments::Fit;
-use crate::cli::output;
+use crate::cli::{console, output};
 use crate::reflectance::Ward;
 use crate::reflectance::fit::{self, Estimate, Measurement, Widths};
 use crate::report::{Axis, Chart, Mark, Series};
@@ -26,6 +27,7 @@ pub(super) fn run(options: &Fit) -> Result<()> {
     table.load_style(presets::NOTHING);
     table.set_header(["channel", "ρd", "ρs", "σx", "σy", "residual", "values"]);
     let mut series = Vec::new();
+    let mut answers = Vec::new();
     for (name, colour, measurements) in channels(&options.file)? {
         let found = fit::fit(&measurements, options.lobe, widths).map_err(|error| {
             Error::file(
@@ -43,6 +45,18 @@ pub(super) fn run(options: &Fit) -> Result<()> {
             format!("{:.2e}", found.residual),
             found.measurements.to_string(),
         ]);
+        let number = |e: Estimate| json!({ "value": e.value, "standard_error": e.standard_error });
+        answers.push(json!({
+            "file": options.file.display().to_string(),
+            "channel": name,
+            "lobe": options.lobe.name(),
+            "diffuse": number(found.diffuse),
+            "specular": number(found.specular),
+            "sigma": found.sigma.map(number),
+            "residual": found.residual,
+            "measurements": found.measurements,
+            "steps": found.steps,
+        }));
         let residuals = fit::residuals(&measurements, &found)?;
         let every = residuals.len().div_ceil(PLOTTED);
         series.push(Series {
@@ -60,11 +74,14 @@ pub(super) fn run(options: &Fit) -> Result<()> {
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    println!("{table}");
-    println!(
+    console::answer(table.to_string());
+    console::answer(format!(
         "lobe {}; ± one standard error; residual: RMS of f cos θ less its fit.",
         options.lobe
-    );
+    ));
+    for answer in &answers {
+        console::json(answer)?;
+    }
     let chart = Chart {
         title: format!("Residuals of the {} lobe", options.lobe),
         x_label: "angle from the normal to the half vector, degrees".into(),
@@ -74,7 +91,7 @@ pub(super) fn run(options: &Fit) -> Result<()> {
         series,
     };
     output::write_file(&options.plot, chart.svg().as_bytes())?;
-    println!("wrote {}", options.plot.display());
+    console::note(format!("wrote {}", options.plot.display()));
     Ok(())
 }
 

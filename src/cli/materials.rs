@@ -62,7 +62,12 @@ fn read(path: &Path) -> Result<Vec<Material>> {
             "name a TOML file of materials",
         )
     })?;
-    let file: File = toml::from_str(&text).map_err(|error| {
+    parse(path, &text)
+}
+
+/// The materials of a file's text.
+pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Material>> {
+    let file: File = toml::from_str(text).map_err(|error| {
         let line = error
             .span()
             .map_or(1, |span| 1 + text[..span.start].matches('\n').count());

@@ -1,34 +1,149 @@
-//! Files that appear whole or not at all.
+//! Files that appear whole or not at all, whether the command ends, fails or is stopped, and folders that two runs do not mix in.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::{Error, Result};
+
+/// What is taken away when the command is stopped, oldest first.
+///
+/// Whoever writes holds the lock while it does, a file at a time, and so does whoever renames, all files at a time: when the command is
+/// stopped it finds everything written aside, or everything in its place.
+static UNFINISHED: Mutex<Vec<Unfinished>> = Mutex::new(Vec::new());
+
+#[derive(Debug, Clone, PartialEq)]
+enum Unfinished {
+    /// A folder that is written aside.
+    Aside(PathBuf),
+    /// A folder that had to be made, and the first of those that it is in that had to be made too.
+    Made { folder: PathBuf, first: PathBuf },
+}
+
+impl Unfinished {
+    fn remove(&self) {
+        // What is not there any more need not be removed, and what cannot be is left: there is nobody left to tell.
+        match self {
+            Self::Aside(path) => {
+                let _ = fs::remove_dir_all(path);
+            }
+            Self::Made { folder, first } => {
+                for ancestor in folder.ancestors() {
+                    // Not empty: somebody else has put something there.
+                    if fs::remove_dir(ancestor).is_err() || ancestor == first {
+                        break;
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn unfinished() -> MutexGuard<'static, Vec<Unfinished>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn begin(what: Unfinished) {
+    unfinished().push(what);
+}
+
+fn end(list: &mut Vec<Unfinished>, what: &Unfinished) {
+    list.retain(|other| other != what);
+}
+
+/// The exit code of a command that was stopped.
+pub(super) const STOPPED: i32 = 130;
+
+/// From here on Ctrl-C, and what else asks the command to end, first takes away what is unfinished.
+///
+/// # Errors
+/// [`Error::Unanswerable`] where the system does not say when somebody wants it.
+pub(super) fn tidy_when_stopped() -> Result<()> {
+    ctrlc::set_handler(|| {
+        // Never given back: nothing is written any more.
+        let list = unfinished();
+        for what in list.iter().rev() {
+            what.remove();
+        }
+        std::process::exit(STOPPED);
+    })
+    .map_err(|error| Error::Unanswerable(format!("Ctrl-C cannot be waited for: {error}")))
+}
+
+/// A name beside a file or in a folder that no other call, and no other process, uses.
+fn aside(folder: &Path, name: &str) -> PathBuf {
+    static CALLS: AtomicUsize = AtomicUsize::new(0);
+    let call = CALLS.fetch_add(1, Ordering::Relaxed);
+    folder.join(format!(".{name}-{}-{call}-partial", std::process::id()))
+}
+
+/// A folder that one run has for itself until this is dropped, where the system can lock folders (Unix can).
+#[derive(Debug)]
+pub(super) struct FolderLock {
+    _folder: Option<File>,
+}
+
+impl FolderLock {
+    /// Waits until no other run has the folder.
+    fn wait(folder: &Path) -> Self {
+        let file = File::open(folder).ok();
+        Self {
+            _folder: file.filter(|file| file.lock().is_ok()),
+        }
+    }
+
+    /// The folder, unless another run has it.
+    ///
+    /// # Errors
+    /// [`Error::File`] if another run has it.
+    pub(super) fn take(folder: &Path) -> Result<Self> {
+        let Ok(file) = File::open(folder) else {
+            return Ok(Self { _folder: None });
+        };
+        match file.try_lock() {
+            Ok(()) => Ok(Self {
+                _folder: Some(file),
+            }),
+            Err(fs::TryLockError::WouldBlock) => Err(Error::file(
+                folder,
+                "another run is writing there",
+                "wait for it, or name another folder with --out",
+            )),
+            // No such locks here, on some networks' file systems.
+            Err(fs::TryLockError::Error(_)) => Ok(Self { _folder: None }),
+        }
+    }
+}
 
 /// Files gathered in memory, written aside and renamed into a folder when all of them are there.
 #[derive(Debug)]
 pub(super) struct OutputFolder {
     folder: PathBuf,
-    /// The first folder that had to be made, to take away again on failure.
-    made: Option<PathBuf>,
+    /// To take away again on failure.
+    made: Option<Unfinished>,
     files: Vec<(String, Vec<u8>)>,
-    kept: bool,
 }
 
 impl OutputFolder {
     /// Makes the folder where it is missing and makes sure that it takes files, before any work is
     /// done for it.
     pub(super) fn open(folder: &Path) -> Result<Self> {
-        let made = folder
+        let first = folder
             .ancestors()
             .take_while(|ancestor| !ancestor.as_os_str().is_empty() && !ancestor.exists())
-            .last()
-            .map(Path::to_path_buf);
+            .last();
+        let made = first.map(|first| Unfinished::Made {
+            folder: folder.to_path_buf(),
+            first: first.to_path_buf(),
+        });
+        if let Some(made) = &made {
+            begin(made.clone());
+        }
         let output = Self {
             folder: folder.to_path_buf(),
             made,
             files: Vec::new(),
-            kept: false,
         };
         let unwritable = |error: std::io::Error| {
             Error::file(
@@ -37,10 +152,12 @@ impl OutputFolder {
                 "name another one with --out",
             )
         };
+        let list = unfinished();
         fs::create_dir_all(folder).map_err(unwritable)?;
-        let probe = folder.join(format!(".lobes-{}-probe", std::process::id()));
+        let probe = aside(folder, "lobes");
         fs::write(&probe, b"").map_err(unwritable)?;
         fs::remove_file(&probe).map_err(unwritable)?;
+        drop(list);
         Ok(output)
     }
 
@@ -49,14 +166,20 @@ impl OutputFolder {
         self.files.push((path.into(), bytes.into()));
     }
 
-    /// Writes every file aside, and when all are written renames them into place.
+    /// Writes every file aside, and when all are written renames them into place, one run at a time.
     pub(super) fn commit(mut self) -> Result<()> {
-        let aside = self
-            .folder
-            .join(format!(".lobes-{}-partial", std::process::id()));
+        let aside = aside(&self.folder, "lobes");
+        let unfinished_aside = Unfinished::Aside(aside.clone());
+        begin(unfinished_aside.clone());
         let result = self.write(&aside);
-        let _ = fs::remove_dir_all(&aside);
-        self.kept = result.is_ok();
+        unfinished_aside.remove();
+        let mut list = unfinished();
+        end(&mut list, &unfinished_aside);
+        if result.is_ok()
+            && let Some(made) = self.made.take()
+        {
+            end(&mut list, &made);
+        }
         result
     }
 
@@ -74,9 +197,12 @@ impl OutputFolder {
         };
         for (name, bytes) in &self.files {
             let path = aside.join(name);
+            let _list = unfinished();
             parent(&path)?;
             fs::write(&path, bytes).map_err(|error| failed(&self.folder.join(name), error))?;
         }
+        let _lock = FolderLock::wait(&self.folder);
+        let _list = unfinished();
         for (name, _) in &self.files {
             let path = self.folder.join(name);
             parent(&path)?;
@@ -88,8 +214,9 @@ impl OutputFolder {
 
 impl Drop for OutputFolder {
     fn drop(&mut self) {
-        if let (false, Some(made)) = (self.kept, &self.made) {
-            let _ = fs::remove_dir_all(made);
+        if let Some(made) = self.made.take() {
+            made.remove();
+            end(&mut unfinished(), &made);
         }
     }
 }
@@ -104,7 +231,13 @@ pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
         )
     };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let aside = path.with_file_name(format!(".{name}-{}-partial", std::process::id()));
+    let aside = aside(path.parent().unwrap_or(Path::new("")), &name);
+    // A device or a pipe is written to as it is; a rename would put a file in its place.
+    if fs::metadata(path).is_ok_and(|data| !data.is_file()) {
+        return fs::write(path, bytes).map_err(failed);
+    }
+    // Written and renamed, or not begun, when the command is stopped.
+    let _list = unfinished();
     let result = fs::write(&aside, bytes).and_then(|()| fs::rename(&aside, path));
     if result.is_err() {
         let _ = fs::remove_file(&aside);

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
-use crate::files::{self, linear_of_srgb};
+use crate::files::{self, Problem, linear_of_srgb};
 use crate::illumination::Luminance;
 use crate::reflection::{Camera, SphereImage};
 use crate::{Error, Result};
@@ -63,25 +63,17 @@ const MOST_SATURATED: f64 = 0.9;
 impl Photo {
     /// Reads a picture: linear OpenEXR, Radiance or PFM, or PNG or JPEG as sRGB.
     pub(super) fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|error| {
-            Error::file(
-                path,
-                format!("the file cannot be read: {error}"),
-                "give the path of a picture",
-            )
-        })?;
+        Self::of_bytes(path, &files::read_bytes(path)?)
+    }
+
+    /// [`read`](Self::read), of the file's bytes.
+    pub(super) fn of_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
         let png = bytes.starts_with(&[0x89, b'P', b'N', b'G']);
         let jpeg = bytes.starts_with(&[0xff, 0xd8]);
         if png || jpeg {
-            Self::decode(&bytes).map_err(|problem| {
-                Error::file(
-                    path,
-                    format!("the picture is damaged: {problem}"),
-                    "fetch it again",
-                )
-            })
+            Self::decode(bytes).map_err(|problem| problem.in_file(path))
         } else {
-            let picture = files::read(path)?;
+            let picture = files::decode_problem(bytes).map_err(|problem| problem.in_file(path))?;
             if let Some(index) = picture
                 .pixels
                 .iter()
@@ -109,45 +101,61 @@ impl Photo {
         }
     }
 
-    fn decode(bytes: &[u8]) -> std::result::Result<Self, image::ImageError> {
-        let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+    fn decode(bytes: &[u8]) -> std::result::Result<Self, Problem> {
+        let damaged = |problem: &dyn std::fmt::Display| {
+            Problem::new(
+                format!("the picture is damaged: {problem}"),
+                "fetch it again",
+            )
+        };
+        let mut reader = ImageReader::new(Cursor::new(bytes))
+            .with_guessed_format()
+            .map_err(|error| damaged(&error))?;
         let mut limits = image::Limits::default();
         limits.max_alloc = Some(16 * files::MOST_PIXELS as u64);
         reader.limits(limits);
-        let mut decoder = reader.into_decoder()?;
-        let exif = decoder.exif_metadata()?;
-        let orientation = decoder.orientation()?;
-        let mut picture = DynamicImage::from_decoder(decoder)?;
+        let mut decoder = reader.into_decoder().map_err(|error| damaged(&error))?;
+        let (width, height) = decoder.dimensions();
+        files::check_size(width as usize, height as usize, bytes.len())?;
+        let exif = decoder.exif_metadata().map_err(|error| damaged(&error))?;
+        let orientation = decoder.orientation().map_err(|error| damaged(&error))?;
+        let mut picture = DynamicImage::from_decoder(decoder).map_err(|error| damaged(&error))?;
         picture.apply_orientation(orientation);
         let has_alpha = picture.color().has_alpha();
         let wide = picture.color().bytes_per_pixel() / picture.color().channel_count() > 1;
         let (width, height) = (picture.width() as usize, picture.height() as usize);
-        // Codes on [0, 1] and alpha.
-        let codes: Vec<[f64; 4]> = if wide {
+        let count = width * height;
+        let (mut pixels, mut saturated, mut mask) = (
+            Vec::with_capacity(count),
+            Vec::with_capacity(count),
+            Vec::with_capacity(if has_alpha { count } else { 0 }),
+        );
+        // A pixel's codes and alpha on [0, 1].
+        let mut push = |[r, g, b, alpha]: [f64; 4]| {
+            pixels.push([r, g, b].map(linear_of_srgb));
+            saturated.push([r, g, b].iter().any(|v| *v >= SATURATED));
+            if has_alpha {
+                mask.push(alpha >= 0.5);
+            }
+        };
+        if wide {
             let picture = picture.into_rgba16();
-            let pixels = picture.pixels();
-            pixels
-                .map(|p| p.0.map(|v| f64::from(v) / 65535.0))
-                .collect()
+            for pixel in picture.pixels() {
+                push(pixel.0.map(|v| f64::from(v) / 65535.0));
+            }
         } else {
             let picture = picture.into_rgba8();
-            let pixels = picture.pixels();
-            pixels.map(|p| p.0.map(|v| f64::from(v) / 255.0)).collect()
-        };
+            for pixel in picture.pixels() {
+                push(pixel.0.map(|v| f64::from(v) / 255.0));
+            }
+        }
         let diagonal = (width as f64).hypot(height as f64);
         Ok(Self {
             width,
             height,
-            pixels: codes
-                .iter()
-                .map(|&[r, g, b, _]| [r, g, b].map(linear_of_srgb))
-                .collect(),
-            saturated: codes
-                .iter()
-                .map(|c| c[..3].iter().any(|v| *v >= SATURATED))
-                .collect(),
-            mask: (has_alpha && codes.iter().any(|c| c[3] < 0.5))
-                .then(|| codes.iter().map(|c| c[3] >= 0.5).collect()),
+            pixels,
+            saturated,
+            mask: mask.contains(&false).then_some(mask),
             encoded: true,
             // The diagonal of a film of 36 × 24 mm is 43.27 mm.
             focal: exif

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use crate::cli::arguments::Render;
 use crate::cli::output::OutputFolder;
 use crate::cli::reproduce::sphere_exr;
-use crate::cli::{materials, slug, training_set};
+use crate::cli::{console, materials, slug, training_set};
 use crate::illumination::{EnvironmentMap, Luminance, builtin, read};
 use crate::reflection::{Camera, Renderer, Settings};
 use crate::report::encode_png;
@@ -44,6 +45,7 @@ pub(super) fn run(options: &Render) -> Result<()> {
         ..Settings::default()
     };
     let renderer = Renderer::new(&map, Parallelism::Rayon)?;
+    let mut answers = Vec::new();
     for material in &materials {
         let rendering = renderer.render(
             material,
@@ -62,18 +64,28 @@ pub(super) fn run(options: &Render) -> Result<()> {
             encode_png(options.size, options.size, exposure, pixel)?,
         );
         output.add(format!("{stem}.exr"), sphere_exr(&image)?);
-        println!(
+        answers.push(json!({
+            "light": map.name(),
+            "material": material.name(),
+            "png": options.out.join(format!("{stem}.png")).display().to_string(),
+            "exr": options.out.join(format!("{stem}.exr")).display().to_string(),
+            "error": rendering.error,
+        }));
+        console::answer(format!(
             "{}: relative error {:.1e} (estimated)",
             material.name(),
             rendering.error
-        );
+        ));
     }
     output.commit()?;
-    println!(
+    for answer in &answers {
+        console::json(answer)?;
+    }
+    console::note(format!(
         "wrote {} images to {}",
         2 * materials.len(),
         options.out.display()
-    );
+    ));
     Ok(())
 }
 

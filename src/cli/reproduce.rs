@@ -12,7 +12,7 @@ use crate::classify::{
 };
 use crate::cli::arguments::{Protocols, Reproduce};
 use crate::cli::output::{OutputFolder, write_file};
-use crate::cli::{lights, materials, progress, slug, spectrum};
+use crate::cli::{console, lights, materials, progress, slug, spectrum};
 use crate::features::{Continuation, PaperFeatures, TOP_DEGREE};
 use crate::files::{self, Precision, encode_exr};
 use crate::illumination::{EnvironmentMap, LightSpectrum, Luminance};
@@ -126,7 +126,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
     let Some(mut paper) = first else {
         return Err(Error::Unanswerable("name a lobe with --lobe".into()));
     };
-    println!("{}", table(&rows));
+    console::answer(table(&rows).to_string());
 
     // Every classifier under every protocol.
     let mut beyond = Beyond::default();
@@ -149,10 +149,10 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
         }
     }
     if !beyond.rows.is_empty() {
-        println!("\n{}", beyond.table());
+        console::answer(format!("\n{}", beyond.table()));
     }
     if let Some(text) = beyond.continuous_sentence() {
-        println!("\n{text}");
+        console::answer(format!("\n{text}"));
     }
 
     let data = paper.dataset();
@@ -191,9 +191,13 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
             let plot = path.with_file_name(format!("{stem}-calibration.svg"));
             write_file(&plot, calibration(&row.coverage).as_bytes())?;
         }
-        println!("wrote the table into {}", path.display());
+        console::note(format!("wrote the table into {}", path.display()));
     }
-    println!("wrote {}", options.out.join("index.html").display());
+    console::json(&accuracy)?;
+    console::note(format!(
+        "wrote {}",
+        options.out.join("index.html").display()
+    ));
     Ok(())
 }
 

@@ -1,9 +1,10 @@
 //! `lobes spectrum`: what the light itself looks like in frequency.
 
 use comfy_table::{CellAlignment, Table, presets};
+use serde_json::json;
 
 use crate::cli::arguments::Spectrum;
-use crate::cli::{output, progress};
+use crate::cli::{console, output, progress};
 use crate::illumination::{EnvironmentMap, LightSpectrum, builtin, read};
 use crate::report::light_spectra;
 use crate::{Parallelism, Result};
@@ -18,14 +19,28 @@ pub(super) fn run(options: &Spectrum) -> Result<()> {
             .collect::<Result<Vec<_>>>()?
     };
     let spectra = analyse(&maps, options.degree)?;
-    println!("{}", table(&maps, &spectra));
+    console::answer(table(&maps, &spectra).to_string());
     let (first, last) = LightSpectrum::FIT_RANGE;
-    println!(
+    console::answer(format!(
         "η, k: the law k / l^(2+η) fitted to the luminance for l = {first} … {last}, or to the map's last degree. \
          coherence: of red and blue, 1 for light of one colour. clipped η: with the brightest {} % of the \
          sphere clipped.",
         100.0 * LightSpectrum::CLIPPED_SHARE,
-    );
+    ));
+    for (map, spectrum) in maps.iter().zip(&spectra) {
+        console::json(&json!({
+            "map": map.name(),
+            "k": spectrum.law.k,
+            "eta": spectrum.law.eta,
+            "eta_error": spectrum.law.eta_error,
+            "ln_k_error": spectrum.law.ln_k_error,
+            "eta_of_channels": spectrum.etas,
+            "coherence": spectrum.coherence,
+            "clipped_eta": spectrum.clipped_eta,
+            "luminance": spectrum.luminance,
+            "channels": spectrum.channels,
+        }))?;
+    }
     let named: Vec<(String, Vec<f64>)> = maps
         .iter()
         .zip(&spectra)
@@ -33,7 +48,7 @@ pub(super) fn run(options: &Spectrum) -> Result<()> {
         .collect();
     let plot = light_spectra(&named, median_eta(&spectra));
     output::write_file(&options.plot, plot.as_bytes())?;
-    println!("wrote {}", options.plot.display());
+    console::note(format!("wrote {}", options.plot.display()));
     Ok(())
 }
 

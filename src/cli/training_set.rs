@@ -6,11 +6,12 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use crate::cli::arguments::Materials;
-use crate::cli::output::write_file;
+use crate::cli::output::{FolderLock, write_file};
 use crate::cli::render::{Place, no_light};
-use crate::cli::{materials, progress, slug};
+use crate::cli::{console, materials, progress, slug};
 use crate::files::{Picture, Precision, encode_exr};
 use crate::illumination::{self, EnvironmentMap, builtin};
 use crate::reflectance::{Material, Variant};
@@ -20,7 +21,7 @@ use crate::{Error, Parallelism, Result};
 /// The file that describes a set: docs/training-sets.md.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Description {
+pub(super) struct Description {
     #[serde(default = "default_size")]
     size: usize,
     #[serde(default = "default_tolerance")]
@@ -154,7 +155,7 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
             }
         }
     }
-    begin(out, &names, &index)?;
+    let _lock = begin(out, &names, &index)?;
     let missing: Vec<Vec<(usize, usize)>> = (0..lights.len())
         .map(|l| {
             (0..materials.len())
@@ -202,7 +203,7 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
     refused.sort_by(|a, b| a.0.cmp(&b.0));
     if let Some((worst, reached)) = refused.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
         for (file, reached) in &refused {
-            eprintln!("{file}: reached {reached:.1e}");
+            console::complain(format!("{file}: reached {reached:.1e}"));
         }
         return Err(Error::Unanswerable(format!(
             "{} of {total} images were not written, since they did not reach the tolerance of {:e} (the worst, {worst}, reached \
@@ -211,10 +212,16 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
             set.tolerance
         )));
     }
-    println!(
+    console::json(&json!({
+        "folder": out.display().to_string(),
+        "index": out.join(INDEX).display().to_string(),
+        "images": total,
+        "new": wanted,
+    }))?;
+    console::answer(format!(
         "{total} images in {}, {wanted} of them new; {INDEX} says what each is",
         out.display()
-    );
+    ));
     Ok(())
 }
 
@@ -300,7 +307,12 @@ fn read(path: &Path) -> Result<Description> {
             "name a TOML file that describes a set",
         )
     })?;
-    let set: Description = toml::from_str(&text).map_err(|error| {
+    parse(path, &text)
+}
+
+/// The set that a file's text describes.
+pub(super) fn parse(path: &Path, text: &str) -> Result<Description> {
+    let set: Description = toml::from_str(text).map_err(|error| {
         let line = error
             .span()
             .map_or(1, |span| 1 + text[..span.start].matches('\n').count());
@@ -346,8 +358,8 @@ fn distinct(path: &Path, what: &str, names: Vec<String>) -> Result<Vec<String>> 
     }
 }
 
-/// Makes the folders and the index, and takes away what an interrupted run was writing.
-fn begin(out: &Path, lights: &[String], index: &str) -> Result<()> {
+/// Makes the folders and the index, and takes away what an interrupted run was writing; no other run writes there until the lock goes.
+fn begin(out: &Path, lights: &[String], index: &str) -> Result<FolderLock> {
     let failed = |error: std::io::Error| {
         Error::file(
             out,
@@ -371,6 +383,8 @@ fn begin(out: &Path, lights: &[String], index: &str) -> Result<()> {
             "name another folder with --out",
         ));
     }
+    fs::create_dir_all(out).map_err(failed)?;
+    let lock = FolderLock::take(out)?;
     for light in lights {
         let folder = out.join(light);
         fs::create_dir_all(&folder).map_err(failed)?;
@@ -382,9 +396,8 @@ fn begin(out: &Path, lights: &[String], index: &str) -> Result<()> {
             }
         }
     }
-    if path.exists() {
-        Ok(())
-    } else {
-        write_file(&path, index.as_bytes())
+    if !path.exists() {
+        write_file(&path, index.as_bytes())?;
     }
+    Ok(lock)
 }

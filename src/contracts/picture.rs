@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::{Contract, Metric, Oracle, Snapshots, Tally};
-use crate::files::decode;
+use crate::files::decode_problem;
 use crate::{Error, Result};
 
 const ORACLE: Oracle = Oracle::Snapshot("picture");
@@ -69,7 +69,7 @@ fn each(
             .map(|i| u8::from_str_radix(case.file.get(i..i + 2)?, 16).ok())
             .collect();
         let bytes = bytes.ok_or_else(|| Error::Unanswerable(format!("{what} is not in hex")))?;
-        let picture = decode(&bytes).map_err(|problem| problem.in_file(what.as_ref()))?;
+        let picture = decode_problem(&bytes).map_err(|problem| problem.in_file(what.as_ref()))?;
         crate::error::check_length("the picture", case.pixels.len(), picture.height)?;
         let want = case.pixels.concat();
         crate::error::check_length("the picture", want.len(), picture.pixels.len())?;

@@ -1,5 +1,6 @@
 //! OpenEXR, through the crate `exr`.
 
+use std::cell::Cell;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -40,15 +41,28 @@ const MOST_EXPANSION: usize = 2048;
 pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
     // The crate's decompressors panic on some damaged files (an overflow in B44, for one). They share no state with
     // anything, so a panic ends here.
-    std::panic::catch_unwind(|| decode_unguarded(bytes))
-        .unwrap_or_else(|_| Err(Problem::corrupt("its compressed pixels make no sense")))
+    GUARDED.set(true);
+    let decoded = std::panic::catch_unwind(|| decode_unguarded(bytes))
+        .unwrap_or_else(|_| Err(Problem::corrupt("its compressed pixels make no sense")));
+    GUARDED.set(false);
+    decoded
+}
+
+thread_local! {
+    static GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether a panic of this thread ends in [`decode`], so that nobody need hear of it.
+#[cfg(feature = "cli")]
+pub(crate) fn is_guarded() -> bool {
+    GUARDED.get()
 }
 
 fn decode_unguarded(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(problem)?;
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
-        check_size(width, height)?;
+        check_size(width, height, bytes.len())?;
         // The crate allocates the whole picture before it reads a pixel.
         if width * height / MOST_EXPANSION * header.channels.bytes_per_pixel > bytes.len() {
             return Err(Problem::corrupt(format!(

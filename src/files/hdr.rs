@@ -59,9 +59,8 @@ pub(super) fn decode(bytes: &[u8]) -> Decoded<Picture> {
     } else {
         (order.lines, order.pixels)
     };
-    check_size(width, height)?;
-    // The scan lines are decoded one by one, so a header that promises more than the file holds costs nothing.
-    let mut stored: Vec<[u8; 4]> = Vec::new();
+    check_size(width, height, bytes.len())?;
+    let mut stored: Vec<[u8; 4]> = Vec::with_capacity(width * height);
     let mut rest = &bytes[start..];
     for _ in 0..order.lines {
         scan_line(&mut rest, order.pixels, &mut stored)?;

@@ -8,8 +8,13 @@ mod hdr;
 mod pfm;
 mod srgb;
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+#[cfg(feature = "cli")]
+pub(crate) use self::exr::is_guarded;
 pub use self::exr::{Precision, encode_exr, write_exr};
 pub use self::srgb::{linear_of_srgb, srgb_of_linear};
 
@@ -19,6 +24,15 @@ use crate::{Error, Result};
 ///
 /// A header that claims more is refused before anything is allocated for it.
 pub const MOST_PIXELS: usize = 1 << 26;
+
+/// The most bytes that are read of a file: 2³¹. What never ends, such as a device, ends there.
+const MOST_BYTES: u64 = 1 << 31;
+
+/// The most pixels that a reader accepts for a byte of file: 1024.
+///
+/// Deflate, under OpenEXR's usual compressions and under PNG, makes at most 1032 bytes of one; only a picture of a single colour comes near.
+/// What claims more is refused before anything is allocated for it, so a short file cannot ask for memory: see [`decode`].
+pub const MOST_PIXELS_PER_BYTE: usize = 1024;
 
 /// A picture of linear radiance, three channels a pixel, as a file holds it.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,23 +71,42 @@ impl Problem {
     pub(crate) fn in_file(self, path: &Path) -> Error {
         Error::file(path, self.what, self.remedy)
     }
+
+    fn in_bytes(self) -> Error {
+        Error::Contents {
+            problem: self.what,
+            remedy: self.remedy,
+        }
+    }
 }
 
-/// Checks what a header claims before anything is allocated for it.
-fn check_size(width: usize, height: usize) -> std::result::Result<(), Problem> {
+/// Checks what the header of a file of `length` bytes claims, before anything is allocated for it.
+pub(crate) fn check_size(
+    width: usize,
+    height: usize,
+    length: usize,
+) -> std::result::Result<(), Problem> {
     match width.checked_mul(height) {
         Some(0) => Err(Problem::new(
             format!("the header claims a picture of {width} by {height} pixels"),
             "give a picture that is not empty",
         )),
-        Some(pixels) if pixels <= MOST_PIXELS => Ok(()),
-        _ => Err(Problem::new(
-            format!(
-                "the header claims {width} by {height} pixels, more than the {MOST_PIXELS} that are read"
-            ),
-            "give a smaller picture, or fetch the file again if it is not that large",
-        )),
+        Some(pixels) if pixels > MOST_PIXELS => Err(too_many(width, height)),
+        Some(pixels) if pixels / MOST_PIXELS_PER_BYTE > length => Err(Problem::corrupt(format!(
+            "it claims {width} by {height} pixels, more than a file of its length can hold"
+        ))),
+        Some(_) => Ok(()),
+        None => Err(too_many(width, height)),
     }
+}
+
+fn too_many(width: usize, height: usize) -> Problem {
+    Problem::new(
+        format!(
+            "the header claims {width} by {height} pixels, more than the {MOST_PIXELS} that are read"
+        ),
+        "give a smaller picture, or fetch the file again if it is not that large",
+    )
 }
 
 /// The picture of linear radiance in a file.
@@ -85,18 +118,62 @@ fn check_size(width: usize, height: usize) -> std::result::Result<(), Problem> {
 /// [`Error::File`] when the file cannot be opened, is truncated or corrupt, claims more than
 /// [`MOST_PIXELS`], or is of another format.
 pub fn read(path: &Path) -> Result<Picture> {
-    let bytes = std::fs::read(path).map_err(|error| {
+    let bytes = read_bytes(path)?;
+    decode_problem(&bytes).map_err(|problem| problem.in_file(path))
+}
+
+/// What a file holds.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    let unread = |error: std::io::Error| {
         Error::file(
             path,
             format!("the file cannot be read: {error}"),
             "give the path of a file that can be opened",
         )
-    })?;
-    decode(&bytes).map_err(|problem| problem.in_file(path))
+    };
+    let file = File::open(path).map_err(unread)?;
+    let length = file.metadata().map_or(0, |data| data.len());
+    let mut bytes = Vec::with_capacity(length.min(MOST_BYTES) as usize);
+    file.take(MOST_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unread)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(Error::file(
+            path,
+            format!("the file has more than {MOST_BYTES} bytes"),
+            "give a smaller picture",
+        ));
+    }
+    Ok(bytes)
 }
 
-/// [`read`], of bytes in memory.
-pub(crate) fn decode(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
+/// The picture of linear radiance in the bytes of a file: [`read`] without the file.
+///
+/// **Memory.** N bytes take at most 2¹⁵ N bytes and 1 MiB more, whatever they hold. A file that is not packed to the limit of its compression
+/// takes 24 bytes for each pixel, and while OpenEXR is unpacked its own pixels too.
+///
+/// **Panics.** None. Where the crate `exr` panics, on some damaged files, that ends here; its message goes to the panic hook first.
+///
+/// # Errors
+///
+/// [`Error::Contents`] when the bytes are truncated or corrupt, claim more than [`MOST_PIXELS`] or more than [`MOST_PIXELS_PER_BYTE`], or are of
+/// another format.
+///
+/// ```
+/// // One grey pixel: a portable float map.
+/// let mut bytes = b"Pf\n1 1\n-1.0\n".to_vec();
+/// bytes.extend(0.18f32.to_le_bytes());
+/// let picture = lobes::files::decode(&bytes)?;
+/// assert_eq!(picture.pixels, [[f64::from(0.18f32); 3]]);
+/// assert!(lobes::files::decode(&bytes[..15]).is_err());
+/// # Ok::<(), lobes::Error>(())
+/// ```
+pub fn decode(bytes: &[u8]) -> Result<Picture> {
+    decode_problem(bytes).map_err(Problem::in_bytes)
+}
+
+/// [`decode`], with what is wrong still to be put into an error.
+pub(crate) fn decode_problem(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
     if bytes.starts_with(&exr::MAGIC) {
         exr::decode(bytes)
     } else if bytes.starts_with(b"#?") {
@@ -111,10 +188,12 @@ pub(crate) fn decode(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
     }
 }
 
-/// Writes a file whole or not at all: beside its place first, then moved into it.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
+/// Writes a file whole or not at all: beside its place first, under a name of this process and call, then moved into it.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    static CALLS: AtomicUsize = AtomicUsize::new(0);
+    let call = CALLS.fetch_add(1, Ordering::Relaxed);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}-{}-{call}-partial", std::process::id()));
     std::fs::write(&beside, bytes)
         .and_then(|()| std::fs::rename(&beside, path))
         .map_err(|error| {

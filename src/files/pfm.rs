@@ -29,7 +29,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, Problem> {
             .map_err(|_| Problem::corrupt(format!("its size reads {text:?}")))
     };
     let (width, height) = (size()?, size()?);
-    check_size(width, height)?;
+    check_size(width, height, bytes.len())?;
     let text = word(bytes, &mut at)?;
     let scale: f64 = text
         .parse()

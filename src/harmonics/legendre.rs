@@ -45,9 +45,12 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
 pub fn column(m: usize, degree: usize, cos: f64, sin: f64, out: &mut [f64]) -> Result<()> {
     check_length(
         "the Legendre column",
-        (degree + 1).saturating_sub(m),
+        degree.saturating_add(1).saturating_sub(m),
         out.len(),
     )?;
+    if out.is_empty() {
+        return Ok(());
+    }
     const BIG: f64 = 1.157_920_892_373_162e77; // 2^256
     const SMALL: f64 = 1.0 / BIG;
     // The true value is p · 2^(−512 steps).

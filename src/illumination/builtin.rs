@@ -49,7 +49,8 @@ const MAPS: &[(&str, &[u8])] = maps![
 pub fn builtin() -> Result<Vec<EnvironmentMap>> {
     MAPS.iter()
         .map(|&(name, bytes)| {
-            let picture = files::decode(bytes).map_err(|problem| problem.in_file(name.as_ref()))?;
+            let picture =
+                files::decode_problem(bytes).map_err(|problem| problem.in_file(name.as_ref()))?;
             EnvironmentMap::new(name, picture.width, picture.height, picture.pixels)
         })
         .collect()

@@ -41,7 +41,7 @@ impl PowerLaw {
     /// [`Error::Domain`] unless 1 ≤ first and there are at least three degrees; [`Error::Length`] where the spectrum ends
     /// before `last`; [`Error::Unanswerable`] where a power is not positive and has no logarithm.
     pub fn fit(power: &[f64], first: usize, last: usize) -> Result<Self> {
-        if first < 1 || last < first + 2 {
+        if first < 1 || last < first.saturating_add(2) {
             return Err(Error::Domain {
                 what: "the last degree of a power-law fit",
                 value: last as f64,
@@ -51,7 +51,7 @@ impl PowerLaw {
         if power.len() <= last {
             return Err(Error::Length {
                 what: "the power spectrum",
-                expected: last + 1,
+                expected: last.saturating_add(1),
                 got: power.len(),
             });
         }

@@ -380,6 +380,25 @@ fn finish(
     })
 }
 
+/// What is wrong with a table of measurements, before it is known which file it is.
+struct Unreadable {
+    problem: String,
+    remedy: &'static str,
+}
+
+impl Unreadable {
+    fn in_file(self, path: &Path) -> Error {
+        Error::file(path, self.problem, self.remedy)
+    }
+
+    fn in_bytes(self) -> Error {
+        Error::Contents {
+            problem: self.problem,
+            remedy: self.remedy.into(),
+        }
+    }
+}
+
 /// Reads measurements from a table of comma-separated `theta_i, phi_i, theta_o, phi_o, value`, angles in degrees.
 ///
 /// θ is from the normal and φ about it from the tangent +x. Empty lines, lines that begin with `#` and one line of names at the top are
@@ -390,12 +409,21 @@ fn finish(
 pub fn read_csv(path: &Path) -> Result<Vec<Measurement>> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| Error::file(path, error.to_string(), "give a readable file"))?;
-    let fail = |number: usize, problem: &str| {
-        Error::file(
-            path,
-            format!("line {number} {problem}"),
-            "each line is theta_i, phi_i, theta_o, phi_o, value, with angles in degrees and thetas below 90",
-        )
+    csv(&text).map_err(|problem| problem.in_file(path))
+}
+
+/// [`read_csv`], of text in memory.
+///
+/// # Errors
+/// [`Error::Contents`] if a line is not five numbers or lies below the horizon.
+pub fn parse_csv(text: &str) -> Result<Vec<Measurement>> {
+    csv(text).map_err(Unreadable::in_bytes)
+}
+
+fn csv(text: &str) -> std::result::Result<Vec<Measurement>, Unreadable> {
+    let fail = |number: usize, problem: &str| Unreadable {
+        problem: format!("line {number} {problem}"),
+        remedy: "each line is theta_i, phi_i, theta_o, phi_o, value, with angles in degrees and thetas below 90",
     };
     let mut measurements = Vec::new();
     let mut names_allowed = true;
@@ -454,31 +482,49 @@ const MERL_CELLS: [usize; 3] = [90, 90, 180];
 /// # Errors
 /// [`Error::File`] if the file cannot be read or does not have the format's 90 × 90 × 180 cells; [`Error::Domain`] if the channel is not 0, 1 or 2.
 pub fn read_merl(path: &Path, channel: usize) -> Result<Vec<Measurement>> {
-    let Some(scale) = MERL_SCALES.get(channel) else {
-        return Err(Error::Domain {
-            what: "the channel of a MERL file",
-            value: channel as f64,
-            allowed: "0, 1 or 2",
-        });
-    };
-    let fail = |problem: String| {
-        Error::file(
-            path,
-            problem,
-            "give a .binary file of the MERL database, 90 × 90 × 180 cells",
-        )
-    };
-    let bytes = std::fs::read(path).map_err(|error| fail(error.to_string()))?;
+    let scale = merl_scale(channel)?;
+    let bytes = std::fs::read(path).map_err(|error| not_merl(error.to_string()).in_file(path))?;
+    merl(&bytes, channel, scale).map_err(|problem| problem.in_file(path))
+}
+
+/// [`read_merl`], of bytes in memory.
+///
+/// # Errors
+/// [`Error::Contents`] if the bytes are not the format's 90 × 90 × 180 cells; [`Error::Domain`] if the channel is not 0, 1 or 2.
+pub fn parse_merl(bytes: &[u8], channel: usize) -> Result<Vec<Measurement>> {
+    merl(bytes, channel, merl_scale(channel)?).map_err(Unreadable::in_bytes)
+}
+
+fn merl_scale(channel: usize) -> Result<f64> {
+    MERL_SCALES.get(channel).copied().ok_or(Error::Domain {
+        what: "the channel of a MERL file",
+        value: channel as f64,
+        allowed: "0, 1 or 2",
+    })
+}
+
+fn not_merl(problem: String) -> Unreadable {
+    Unreadable {
+        problem,
+        remedy: "give a .binary file of the MERL database, 90 × 90 × 180 cells",
+    }
+}
+
+fn merl(
+    bytes: &[u8],
+    channel: usize,
+    scale: f64,
+) -> std::result::Result<Vec<Measurement>, Unreadable> {
     let cells: usize = MERL_CELLS.iter().product();
     if bytes.len() != 12 + 24 * cells {
-        return Err(fail(format!("has {} bytes", bytes.len())));
+        return Err(not_merl(format!("has {} bytes", bytes.len())));
     }
     let (header, values) = bytes.split_at(12);
     let (sizes, _) = header.as_chunks::<4>();
     for (size, want) in sizes.iter().zip(MERL_CELLS) {
         let got = i32::from_le_bytes(*size);
         if got != want as i32 {
-            return Err(fail(format!("has {got} cells where {want} are needed")));
+            return Err(not_merl(format!("has {got} cells where {want} are needed")));
         }
     }
     let (values, _) = values.as_chunks::<8>();
@@ -487,7 +533,7 @@ pub fn read_merl(path: &Path, channel: usize) -> Result<Vec<Measurement>> {
     for (index, value) in values.iter().enumerate() {
         let value = f64::from_le_bytes(*value);
         if !value.is_finite() {
-            return Err(fail(format!("holds {value} in cell {index}")));
+            return Err(not_merl(format!("holds {value} in cell {index}")));
         }
         if value < 0.0 {
             continue;
