@@ -10,6 +10,9 @@ use lobes::sphere::Grid;
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+    /// Bytes held, and the most that they were. What another thread gave or takes counts too, so these may pass zero.
+    static HELD: Cell<isize> = const { Cell::new(0) };
+    static MOST: Cell<isize> = const { Cell::new(0) };
 }
 
 /// The system's allocator, which counts what each thread asks for.
@@ -19,11 +22,15 @@ struct Counting;
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        let held = HELD.get() + layout.size() as isize;
+        HELD.set(held);
+        MOST.set(MOST.get().max(held));
         // SAFETY: the caller's promises are the system allocator's.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        HELD.set(HELD.get() - layout.size() as isize);
         // SAFETY: as above.
         unsafe { System.dealloc(pointer, layout) }
     }
@@ -37,6 +44,105 @@ fn allocations(f: impl FnOnce()) -> usize {
     let before = ALLOCATIONS.get();
     f();
     ALLOCATIONS.get() - before
+}
+
+/// The most bytes that `f` holds at a time.
+#[cfg(feature = "files")]
+fn most_bytes(f: impl FnOnce()) -> usize {
+    let before = HELD.get();
+    MOST.set(before);
+    f();
+    usize::try_from(MOST.get() - before).unwrap()
+}
+
+/// N bytes of a picture take no more than 2¹⁵ N and 1 MiB, whatever they hold: what packs best, what claims too much, what is damaged.
+#[cfg(feature = "files")]
+#[test]
+fn memory_of_a_picture() {
+    use lobes::files::{Picture, Precision, decode, encode_exr};
+    let mut files = Vec::new();
+    let mut corpora = vec!["tests/data/pictures".to_owned()];
+    for name in ["exr", "hdr", "pfm", "photograph"] {
+        corpora.push(format!("fuzz/corpus/{name}"));
+    }
+    for folder in corpora {
+        // A package holds no corpora.
+        for entry in std::fs::read_dir(folder).into_iter().flatten() {
+            files.push(std::fs::read(entry.unwrap().path()).unwrap());
+        }
+    }
+    for (width, height) in [(512, 256), (2048, 1024)] {
+        let pixels = vec![[0.0; 3]; width * height];
+        let black = Picture {
+            width,
+            height,
+            pixels,
+        };
+        for precision in [Precision::Half, Precision::Single] {
+            files.push(encode_exr(&black, precision).unwrap());
+        }
+    }
+    // One pixel and runs of it: four bytes stand for up to 2²⁴ pixels.
+    for width in [40_000, 120_000, 130_000, 60_000_000] {
+        let mut bytes = format!("#?RADIANCE\n\n-Y 1 +X {width}\n").into_bytes();
+        bytes.extend([9, 9, 9, 128]);
+        for shift in (0..4).take_while(|shift| (width - 1) >> (8 * shift) > 0) {
+            bytes.extend([1, 1, 1, ((width - 1) >> (8 * shift) & 255) as u8]);
+        }
+        bytes.resize(bytes.len() + 40, 0);
+        files.push(bytes);
+    }
+    for size in ["8192 8192", "100 100", "1000000 1"] {
+        files.push(format!("PF\n{size}\n-1.0\n").into_bytes());
+    }
+    let (mut read, mut refused) = (0, 0);
+    for bytes in &files {
+        let mut decoded = None;
+        let most = most_bytes(|| decoded = decode(bytes).ok());
+        *(if decoded.is_some() {
+            &mut read
+        } else {
+            &mut refused
+        }) += 1;
+        let allowed = (bytes.len() << 15) + (1 << 20);
+        assert!(
+            most <= allowed,
+            "{most} of {allowed}, {} bytes",
+            bytes.len()
+        );
+    }
+    assert!(read > 20 && refused > 5, "{read} read, {refused} refused");
+}
+
+/// The same of what the command reads besides: PNG and JPEG within 2¹⁶ N, tables within 2⁶ N, TOML within 2¹⁰ N.
+#[cfg(feature = "cli")]
+#[test]
+fn memory_of_other_files() {
+    use lobes::cli::readers;
+    let within = |bytes: &[u8], shift: u32, read: &dyn Fn()| {
+        let (most, allowed) = (most_bytes(read), (bytes.len() << shift) + (1 << 20));
+        assert!(most <= allowed, "{most} of {allowed}");
+    };
+    for side in [64, 1024, 2048] {
+        let png = lobes::report::encode_png(side, side, 1.0, |_, _| Some([0.0; 3])).unwrap();
+        within(&png, 16, &|| drop(readers::photograph(&png)));
+    }
+    let table = "1,1,1,1,1\n".repeat(20_000);
+    within(table.as_bytes(), 6, &|| {
+        assert!(lobes::reflectance::fit::parse_csv(&table).is_ok());
+    });
+    let entry =
+        |i: usize| format!("[[material]]\nname='{i}'\nkind='plastic'\nreflectance=[0,0,0]\n");
+    for text in [
+        (0..1000).map(entry).collect::<String>(),
+        "[[material]]\n".repeat(5000),
+        format!("a={}", "[".repeat(5000)),
+        "a.".repeat(5000),
+    ] {
+        within(text.as_bytes(), 10, &|| {
+            let _ = (readers::materials(&text), readers::set(&text));
+        });
+    }
 }
 
 #[test]
