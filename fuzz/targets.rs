@@ -6,6 +6,7 @@
 #![allow(dead_code, reason = "each fuzzer calls one of them")]
 
 use std::f64::consts::PI;
+use std::sync::{Mutex, PoisonError};
 
 use lobes::Parallelism::Sequential;
 use lobes::classify::LogReader;
@@ -199,21 +200,32 @@ pub(crate) fn measurements(bytes: &[u8]) {
     let mut rest = Bytes(bytes);
     match rest.byte() {
         0 => {
+            // Cells that were not measured but for a few, so that it is quick.
+            static FILE: Mutex<Vec<u8>> = Mutex::new(Vec::new());
             let cells = 90 * 90 * 180;
-            let mut file = vec![0u8; 12 + 24 * cells];
-            for at in [0, 4, 8] {
-                file[at] = if at == 8 { 180 } else { 90 };
+            let mut file = FILE.lock().unwrap_or_else(PoisonError::into_inner);
+            if file.is_empty() {
+                for size in [90i32, 90, 180] {
+                    file.extend(size.to_le_bytes());
+                }
+                file.extend((0..3 * cells).flat_map(|_| (-1f64).to_le_bytes()));
             }
+            let mut places = Vec::new();
             for _ in 0..16 {
-                let at = 12
-                    + 8 * (usize::from(rest.byte()) * 4096 + usize::from(rest.byte()))
-                        % (24 * cells);
-                file[at..at + 8].copy_from_slice(&rest.number().to_le_bytes());
+                let cell =
+                    (usize::from(rest.byte()) << 14 | usize::from(rest.byte()) << 6) % (3 * cells);
+                places.push(12 + 8 * cell);
+                file[12 + 8 * cell..20 + 8 * cell].copy_from_slice(&rest.number().to_le_bytes());
             }
+            let header = file[..12].to_vec();
             if rest.up_to(7) == 0 {
                 file[rest.up_to(11)] = rest.byte();
             }
             let _ = fit::parse_merl(&file, rest.count(3));
+            file[..12].copy_from_slice(&header);
+            for at in places {
+                file[at..at + 8].copy_from_slice(&(-1f64).to_le_bytes());
+            }
         }
         1 => {
             let _ = fit::parse_merl(rest.0, 0);

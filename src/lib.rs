@@ -35,10 +35,12 @@ pub mod cli;
 
 mod error;
 mod parallelism;
+mod vectors;
 
 pub use error::{Error, Result};
 pub use glam;
 pub use parallelism::Parallelism;
+pub use vectors::vectors;
 
 /// The README's examples run with the documentation's.
 #[cfg(doctest)]

@@ -14,7 +14,7 @@ use super::wide_double::WideDouble;
 use super::work::{over_chunk_pairs, over_chunks};
 use crate::error::check_length;
 use crate::sphere::double_double::DoubleDouble;
-use crate::{Error, Parallelism, Result};
+use crate::{Error, Parallelism, Result, vectors};
 
 /// The largest degree of a [`Basis`].
 pub const MAX_BASIS_DEGREE: usize = 2048;
@@ -95,7 +95,7 @@ impl Basis {
         }
         let mut tables = Tables {
             degree,
-            level: Level::new(),
+            level: vectors::level(),
             steps: Vec::with_capacity((degree + 1) * (degree + 2) / 2),
             starts: vec![0],
             firsts: Vec::with_capacity(degree + 1),

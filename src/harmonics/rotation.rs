@@ -9,7 +9,7 @@ use super::recurrence::{LANES, Lanes};
 use super::simd::wide;
 use super::work::{aligned, join};
 use crate::sphere::double_double::DoubleDouble;
-use crate::{Error, Parallelism, Result};
+use crate::{Error, Parallelism, Result, vectors};
 
 /// The largest degree of a [`Rotation`].
 pub const MAX_ROTATION_DEGREE: usize = 2048;
@@ -119,7 +119,7 @@ impl Rotation {
         }
         let mut plan = Self {
             degree,
-            level: Level::new(),
+            level: vectors::level(),
             steps: vec![[0.0; LANES]; total],
             factors: vec![[0.0; ROWS]; 2 * total],
             starts: Vec::new(),

@@ -16,7 +16,7 @@ use super::simd::wide;
 use super::work::{Chunks, Octets, Orders, Rows, aligned, divided, inside_pool};
 use crate::error::{check_finite, check_length};
 use crate::sphere::Grid;
-use crate::{Error, Parallelism, Result};
+use crate::{Error, Parallelism, Result, vectors};
 
 /// The largest degree of a [`Transform`].
 pub const MAX_DEGREE: usize = 4096;
@@ -87,7 +87,7 @@ impl Transform {
                 });
             }
         }
-        let level = Level::new();
+        let level = vectors::level();
         let recurrence = Recurrence::new(grid, degree, orders, level);
         let pairs = grid.rings().div_ceil(2);
         let meridian = (degree > grid.max_degree_of_weights()).then(|| Meridian::new(grid));

@@ -1,7 +1,9 @@
 //! One view, many lights, eight at a time.
 
-use fearless_simd::{Level, Select, dispatch, f64x8, prelude::*};
+use fearless_simd::{Select, dispatch, f64x8, prelude::*};
 use glam::DVec3;
+
+use crate::vectors;
 
 use super::ward::{HORIZON, UNIT_TOLERANCE, Variant};
 
@@ -20,7 +22,7 @@ pub(super) struct Block {
 impl Block {
     /// Evaluates the lobe for every light; `out` is as long as `lights`.
     pub(super) fn evaluate(&self, lights: &[DVec3], out: &mut [f64]) {
-        let level = Level::new();
+        let level = vectors::level();
         dispatch!(level, simd => self.evaluate_with(simd, lights, out));
     }
 

@@ -7,7 +7,7 @@ use super::gauss::RULE;
 use super::hemisphere;
 use super::slope::{self, Gaussian};
 use super::ward::{HORIZON, Ward};
-use crate::{Error, Result};
+use crate::{Error, Result, vectors};
 
 /// The largest degree of [`Ward::zonal`].
 pub const MAX_ZONAL_DEGREE: usize = 1024;
@@ -151,7 +151,7 @@ struct LegendreSums {
 impl LegendreSums {
     fn new(max_degree: usize) -> Self {
         Self {
-            level: Level::new(),
+            level: vectors::level(),
             versines: [0.0; BLOCK],
             exponents: [0.0; BLOCK],
             factors: [0.0; BLOCK],

@@ -14,7 +14,7 @@ use super::region::Region;
 use super::{Camera, Sight, SphereImage};
 use crate::illumination::EnvironmentMap;
 use crate::reflectance::{Material, Variant, Ward};
-use crate::{Error, Parallelism, Result};
+use crate::{Error, Parallelism, Result, vectors};
 
 /// What a rendering is to be like.
 ///
@@ -165,7 +165,7 @@ impl Renderer {
                 map.height()
             )));
         }
-        let simd = SimdLevel::new();
+        let simd = vectors::level();
         Ok(Self {
             map: map.clone(),
             pyramid: Pyramid::new(map, simd, parallelism),
