@@ -34,6 +34,7 @@ pub mod report;
 pub mod cli;
 
 mod error;
+mod named;
 mod parallelism;
 mod vectors;
 

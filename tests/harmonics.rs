@@ -1,5 +1,6 @@
 //! Transforms, values and spectra against closed forms and against one another.
 
+use approx::assert_abs_diff_eq;
 use lobes::Parallelism;
 use lobes::glam::{DQuat, DVec3};
 use lobes::harmonics::{
@@ -54,7 +55,7 @@ fn rules_integrate_polynomials() {
                 );
             }
             for (x, s) in rule.nodes.iter().zip(&rule.sines) {
-                assert!((x * x + s * s - 1.0).abs() < 4e-16);
+                assert_abs_diff_eq!(x * x + s * s, 1.0, epsilon = 4e-16);
             }
         }
     }
@@ -88,7 +89,7 @@ fn round_trip_on_every_grid() {
                 assert!((value - at).abs() < 1e-12, "{name}: {value} for {at}");
                 let phi = grid.azimuth(column);
                 let d = grid.direction(ring, column);
-                assert!((phi.cos() * d.y - phi.sin() * d.x).abs() < 1e-14);
+                assert_abs_diff_eq!(phi.cos() * d.y, phi.sin() * d.x, epsilon = 1e-14);
             }
         }
         assert!(Transform::new(&grid, grid.max_degree() + 1).is_err());
@@ -133,8 +134,8 @@ fn parseval_and_power() {
         .enumerate()
         .map(|(l, p)| p * (2 * l + 1) as f64)
         .sum();
-    assert!((integral / f.energy() - 1.0).abs() < 1e-13);
-    assert!((power / f.energy() - 1.0).abs() < 1e-14);
+    assert_abs_diff_eq!(integral / f.energy(), 1.0, epsilon = 1e-13);
+    assert_abs_diff_eq!(power / f.energy(), 1.0, epsilon = 1e-14);
 }
 
 #[test]
@@ -322,7 +323,7 @@ fn gradient_is_the_slope() {
             .gradients(&f, &directions, &mut out, Parallelism::Sequential)
             .unwrap();
         for (d, (value, gradient)) in directions.iter().zip(out) {
-            assert!((value - evaluate(&f, *d).unwrap()).abs() < 1e-12);
+            assert_abs_diff_eq!(value, evaluate(&f, *d).unwrap(), epsilon = 1e-12);
             assert!(gradient.dot(*d).abs() < 1e-10);
             let a = d.any_orthonormal_vector();
             for tangent in [a, d.cross(a)] {
@@ -466,7 +467,7 @@ fn conventions_there_and_back() {
         },
         Order::ByDegree,
     );
-    assert!((schmidt[0] + schmidt[3] * 0.6 - value).abs() < 1e-15);
+    assert_abs_diff_eq!(schmidt[0] + schmidt[3] * 0.6, value, epsilon = 1e-15);
 }
 
 /// The polynomials as two much copied papers print them, to their six digits: `docs/conventions.md`.

@@ -1,5 +1,6 @@
 //! Environment maps: the interpolant, its integral, and the maps that come with the library.
 
+use approx::assert_abs_diff_eq;
 use std::f64::consts::PI;
 
 use lobes::Error;
@@ -35,7 +36,7 @@ fn the_function_passes_through_the_pixels() {
                 map.pixel(row, column),
             );
             for channel in 0..3 {
-                assert!((seen[channel] - stored[channel]).abs() < 1e-13);
+                assert_abs_diff_eq!(seen[channel], stored[channel], epsilon = 1e-13);
             }
         }
     }
@@ -56,7 +57,11 @@ fn directions_are_where_the_conventions_put_them() {
     for column in [0, 1, 40, 64, 100, 127] {
         let harmonic = lobes::sphere::to_harmonic(map.direction(20, column));
         let phi = harmonic.y.atan2(harmonic.x).rem_euclid(2.0 * PI);
-        assert!((phi - 2.0 * PI * (1.0 - (column as f64 + 0.5) / 128.0)).abs() < 1e-14);
+        assert_abs_diff_eq!(
+            phi,
+            2.0 * PI * (1.0 - (column as f64 + 0.5) / 128.0),
+            epsilon = 1e-14
+        );
     }
 }
 
@@ -141,7 +146,7 @@ fn the_mean_is_that_of_the_function() {
         }
     }
     for (channel, total) in sum.into_iter().enumerate() {
-        assert!((map.mean()[channel] - total / (4.0 * PI)).abs() < 1e-12);
+        assert_abs_diff_eq!(map.mean()[channel], total / (4.0 * PI), epsilon = 1e-12);
     }
 }
 
@@ -185,7 +190,7 @@ fn bad_maps_are_refused_in_one_sentence() {
 #[test]
 fn weights_of_luminance_sum_to_one() {
     for weights in [Luminance::Rec709, Luminance::Radiance] {
-        assert!((weights.weights().iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        assert_abs_diff_eq!(weights.weights().iter().sum::<f64>(), 1.0, epsilon = 1e-9);
     }
 }
 

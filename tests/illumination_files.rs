@@ -1,6 +1,7 @@
 //! Environment maps from pictures: other mappings, other sizes, folders, and whatever is wrong with a file.
 #![cfg(feature = "files")]
 
+use approx::assert_abs_diff_eq;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -165,7 +166,7 @@ fn resampling_keeps_the_light() {
         .iter()
         .zip(map.pixels().as_flattened())
     {
-        assert!((a - b).abs() < 1e-14);
+        assert_abs_diff_eq!(a, b, epsilon = 1e-14);
     }
     // Halving: the mean of 2 × 2 pixels weighed by their solid angles.
     let half = map.resampled(24, 12).unwrap();
@@ -173,7 +174,7 @@ fn resampling_keeps_the_light() {
     let expected = (a * (map.pixel(6, 4)[0] + map.pixel(6, 5)[0])
         + b * (map.pixel(7, 4)[0] + map.pixel(7, 5)[0]))
         / (2.0 * (a + b));
-    assert!((half.pixel(3, 2)[0] - expected).abs() < 1e-14);
+    assert_abs_diff_eq!(half.pixel(3, 2)[0], expected, epsilon = 1e-14);
     for (width, height) in [(10, 4), (2, 1), (0, 0), (1 << 40, 1 << 39)] {
         assert!(matches!(
             map.resampled(width, height),

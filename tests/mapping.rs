@@ -199,6 +199,6 @@ fn the_shape_tells_the_mapping_or_asks() {
     let error = "fisheye".parse::<Mapping>().unwrap_err().to_string();
     assert_eq!(
         error,
-        "\"fisheye\" is no mapping; use one of lat-long, angular-map, mirror-ball, vertical-cross, horizontal-cross"
+        "there is no mapping \"fisheye\"; the names are lat-long, angular-map, mirror-ball, vertical-cross, horizontal-cross"
     );
 }

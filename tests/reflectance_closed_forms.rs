@@ -1,5 +1,6 @@
 //! Ward's lobes against closed forms.
 
+use approx::assert_abs_diff_eq;
 use lobes::glam::DVec3;
 use lobes::reflectance::{Material, Variant, Ward};
 
@@ -32,7 +33,7 @@ fn share_above_horizon_at_its_ends() {
         if sigma == 0.005 {
             let cosine = 0.01f64;
             let straight = 0.5 * libm::erfc(-(0.5 * cosine.asin()).tan() / sigma);
-            assert!((lobe.share_above_horizon(cosine) - straight).abs() < 1e-4);
+            assert_abs_diff_eq!(lobe.share_above_horizon(cosine), straight, epsilon = 1e-4);
         }
     }
 }

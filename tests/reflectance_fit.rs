@@ -1,5 +1,6 @@
 //! Fitting Ward's lobes to files that the test writes.
 
+use approx::assert_abs_diff_eq;
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::fmt::Write;
 
@@ -81,8 +82,8 @@ fn recovers_what_made_the_data() {
         })
         .collect();
     let found = fit(&data, Variant::Duer, Widths::Two).unwrap();
-    assert!((found.sigma[0].value - 0.1).abs() < 1e-8);
-    assert!((found.sigma[1].value - 0.25).abs() < 1e-8);
+    assert_abs_diff_eq!(found.sigma[0].value, 0.1, epsilon = 1e-8);
+    assert_abs_diff_eq!(found.sigma[1].value, 0.25, epsilon = 1e-8);
 }
 
 #[test]
@@ -143,7 +144,7 @@ fn reads_a_table() {
     }
     std::fs::write(&path, &text).unwrap();
     let found = fit(&read_csv(&path).unwrap(), Variant::Ward1992, Widths::One).unwrap();
-    assert!((found.sigma[0].value - 0.15).abs() < 1e-9);
+    assert_abs_diff_eq!(found.sigma[0].value, 0.15, epsilon = 1e-9);
     for (bad, what) in [
         ("10,0,20,0", "has 4 numbers"),
         ("10,0,20,0,x", "is not numbers"),

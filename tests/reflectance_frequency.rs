@@ -1,6 +1,7 @@
 //! Reflection in frequency: the convolution theorem on light, and its inverse.
 #![cfg(feature = "builtin")]
 
+use approx::assert_abs_diff_eq;
 use lobes::Parallelism;
 use lobes::glam::DVec3;
 use lobes::harmonics::{self, Basis, Coefficients};
@@ -209,7 +210,7 @@ fn the_lobe_comes_back_from_light_and_reflection() {
         if trial == 0 {
             let exact = recover_kernel(&light, &reflected).unwrap();
             for (estimate, truth) in exact.iter().zip(&kernel) {
-                assert!((estimate.value - truth).abs() < 1e-14);
+                assert_abs_diff_eq!(estimate.value, truth, epsilon = 1e-14);
             }
             let found = recover_lobe(&exact, variant).unwrap();
             assert!((found.sigma[0] - sigma).abs() < 1e-6, "{found:?}");

@@ -1,9 +1,7 @@
 //! The nearest neighbour in feature space.
 
-use std::fmt;
-use std::str::FromStr;
-
 use crate::classify::Classifier;
+use crate::named::named;
 use crate::{Error, Result};
 
 /// How features are scaled before distances are taken. The paper does not say.
@@ -36,7 +34,7 @@ impl Scaling {
         Self::LogarithmicStandardised,
     ];
 
-    /// The name that [`FromStr`] reads.
+    /// The name that `FromStr` reads.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -55,27 +53,7 @@ impl Scaling {
     }
 }
 
-impl fmt::Display for Scaling {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Scaling {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|s| s.name() == name)
-            .ok_or_else(|| {
-                let names = Self::ALL.map(Self::name).join(", ");
-                Error::Unanswerable(format!(
-                    "there is no scaling {name:?}; the names are {names}"
-                ))
-            })
-    }
-}
+named!(Scaling, "scaling");
 
 /// The index of v7 among the paper's features, the one that may be zero.
 const DEGREE_FEATURE: usize = 6;

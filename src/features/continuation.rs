@@ -1,9 +1,6 @@
 //! What stands on the half of the sphere of normals that one image does not show.
 
-use std::fmt;
-use std::str::FromStr;
-
-use crate::{Error, Result};
+use crate::named::named;
 
 /// What stands on the half of the sphere of normals that one image does not show.
 ///
@@ -30,7 +27,7 @@ impl Continuation {
     /// Every continuation, in the order in which tables list them.
     pub const ALL: [Self; 4] = [Self::Mirror, Self::HalfTurn, Self::Zero, Self::Antipodal];
 
-    /// The name that [`FromStr`] reads.
+    /// The name that `FromStr` reads.
     ///
     /// ```
     /// use lobes::features::Continuation;
@@ -61,24 +58,4 @@ impl Continuation {
     }
 }
 
-impl fmt::Display for Continuation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Continuation {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|c| c.name() == name)
-            .ok_or_else(|| {
-                let names = Self::ALL.map(Self::name).join(", ");
-                Error::Unanswerable(format!(
-                    "there is no continuation {name:?}; the names are {names}"
-                ))
-            })
-    }
-}
+named!(Continuation, "continuation");

@@ -228,7 +228,7 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// The residuals √w (cos `θ_i` f − cos `θ_i` value) of (`ρ_d`, `ρ_s`, ln σ) or (`ρ_d`, `ρ_s`, ln `σ_x`, ln `σ_y`).
+/// The residuals `√w (cos θ_i f − cos θ_i value)` of `(ρ_d, ρ_s, ln σ)` or `(ρ_d, ρ_s, ln σ_x, ln σ_y)`.
 fn residual_vector(
     measurements: &[Measurement],
     variant: Variant,
@@ -473,7 +473,7 @@ const MERL_SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// Its cells over `θ_h` (uniform in the root), `θ_d` and `φ_d` (half a turn).
 const MERL_CELLS: [usize; 3] = [90, 90, 180];
 
-/// Reads one channel (0 red, 1 green, 2 blue) of a `.binary` file of the MERL database (Matusik, Pfister, Brand and `McMillan` 2003, *A Data-Driven
+/// Reads one channel (0 red, 1 green, 2 blue) of a `.binary` file of the MERL database (Matusik, Pfister, Brand and McMillan 2003, *A Data-Driven
 /// Reflectance Model*, [doi:10.1145/882262.882343](https://doi.org/10.1145/882262.882343)).
 ///
 /// A cell stands for its centre in (`θ_h`, `θ_d`, `φ_d`) and counts its share of `dω_i` `dω_o` = 4 cos `θ_d` `dω_h` `dω_d`. Cells that hold a negative

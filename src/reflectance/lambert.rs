@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 /// `A_l = Λ_l ρ̂_l`, the factor by which the degree l of the light appears in the irradiance:
-/// ∫ max(cos θ, 0) `P_l(cos` θ) dω.
+/// `∫ max(cos θ, 0) P_l(cos θ) dω`.
 ///
 /// `A_0 = π`, `A_1 = 2π/3`, `A_2 = π/4`, `A_{l+2} = −A_l (l − 1)/(l + 4)`, and 0 for every odd l > 1 (Basri and Jacobs
 /// 2003, [doi:10.1109/TPAMI.2003.1177153](https://doi.org/10.1109/TPAMI.2003.1177153); Ramamoorthi and Hanrahan 2001,

@@ -1,11 +1,10 @@
 //! Pictures of the whole sphere: which point of the picture shows which direction.
 
 use std::f64::consts::{PI, TAU};
-use std::fmt;
-use std::str::FromStr;
 
 use glam::DVec3;
 
+use crate::named::named;
 use crate::{Error, Result};
 
 /// How a picture shows the whole sphere of directions.
@@ -265,24 +264,4 @@ impl Mapping {
     }
 }
 
-impl fmt::Display for Mapping {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(self.name())
-    }
-}
-
-impl FromStr for Mapping {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|mapping| mapping.name() == text)
-            .ok_or_else(|| {
-                Error::Unanswerable(format!(
-                    "{text:?} is no mapping; use one of {}",
-                    Self::ALL.map(Self::name).join(", ")
-                ))
-            })
-    }
-}
+named!(Mapping, "mapping");
