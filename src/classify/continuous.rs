@@ -1,7 +1,5 @@
 //! Reading σ and the specular share off pictures of random reflectances.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -9,7 +7,7 @@ use rand_pcg::Pcg64;
 use super::posterior::Posterior;
 use super::protocol::{Parts, Plan, View};
 use crate::illumination::{EnvironmentMap, Luminance};
-use crate::reflection::{Renderer, SphereImage};
+use crate::reflection::{Camera, Renderer, SphereImage};
 use crate::{Error, Parallelism, Result};
 
 /// A reflectance as its picture shows it without an exposure.
@@ -84,9 +82,27 @@ pub fn collect_random<T: Send>(
             "random reflectances need an illumination, a turn, a roughness and a colour".into(),
         ));
     }
-    let cameras = (0..plan.turns)
-        .map(|turn| view.camera(TAU * turn as f64 / plan.turns as f64))
-        .collect::<Result<Vec<_>>>()?;
+    collect_random_from(
+        &view.cameras(plan.turns)?,
+        illuminations,
+        random,
+        plan,
+        parallelism,
+        done,
+        read,
+    )
+}
+
+/// [`collect_random`], from cameras of any kind: a turn is one of them.
+pub(super) fn collect_random_from<T: Send>(
+    cameras: &[Camera],
+    illuminations: &[EnvironmentMap],
+    random: &RandomReflectances,
+    plan: &Plan,
+    parallelism: Parallelism,
+    done: &(dyn Fn() + Sync),
+    read: &(dyn Fn(u64, &SphereImage) -> Result<T> + Sync),
+) -> Result<Vec<Sample<T>>> {
     let groups = parallelism.map(illuminations.len(), |illumination| {
         // One generator an illumination: the draws do not depend on who comes first.
         let seed = random.seed.wrapping_mul(1 << 32) + illumination as u64;

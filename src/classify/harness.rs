@@ -240,30 +240,11 @@ impl Harness {
     /// Without the exposure, materials of one roughness whose albedos are the same multiple of another's cannot be told
     /// apart by anyone.
     pub fn classes(&self) -> Vec<usize> {
-        let same = |a: &Material, b: &Material| {
-            let numbers = |m: &Material| {
-                let [x, y, z] = m.diffuse();
-                let [u, v, w] = m.specular();
-                [x, y, z, u, v, w]
-            };
-            let (p, q) = (numbers(a), numbers(b));
-            let (norm_p, norm_q) = (norm(&p), norm(&q));
-            let proportional = p
-                .iter()
-                .zip(&q)
-                .all(|(x, y)| (x * norm_q - y * norm_p).abs() < 1e-12 * norm_p * norm_q);
-            proportional && (a.is_matte() || a.roughness() == b.roughness())
-        };
-        (0..self.materials.len())
-            .map(|i| {
-                if self.protocol.knows_exposure() {
-                    return i;
-                }
-                (0..i)
-                    .find(|&j| same(&self.materials[j], &self.materials[i]))
-                    .unwrap_or(i)
-            })
-            .collect()
+        if self.protocol.knows_exposure() {
+            (0..self.materials.len()).collect()
+        } else {
+            classes_without_exposure(&self.materials)
+        }
     }
 
     /// How many pictures could be named right by chance-free means: one material of each of [`Self::classes`].
@@ -425,6 +406,34 @@ impl Harness {
         }
         features
     }
+}
+
+/// The class of each material: the first one whose pictures differ by their exposure only, by which no one can tell them apart who does
+/// not know it.
+///
+/// Those are materials of one roughness whose albedos are the same multiple of the other's.
+pub fn classes_without_exposure(materials: &[Material]) -> Vec<usize> {
+    let same = |a: &Material, b: &Material| {
+        let numbers = |m: &Material| {
+            let [x, y, z] = m.diffuse();
+            let [u, v, w] = m.specular();
+            [x, y, z, u, v, w]
+        };
+        let (p, q) = (numbers(a), numbers(b));
+        let (norm_p, norm_q) = (norm(&p), norm(&q));
+        let proportional = p
+            .iter()
+            .zip(&q)
+            .all(|(x, y)| (x * norm_q - y * norm_p).abs() < 1e-12 * norm_p * norm_q);
+        proportional && (a.is_matte() || a.roughness() == b.roughness())
+    };
+    (0..materials.len())
+        .map(|i| {
+            (0..i)
+                .find(|&j| same(&materials[j], &materials[i]))
+                .unwrap_or(i)
+        })
+        .collect()
 }
 
 fn norm(numbers: &[f64]) -> f64 {

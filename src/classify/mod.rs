@@ -7,6 +7,8 @@
 )]
 
 mod continuous;
+#[cfg(feature = "files")]
+mod development;
 mod discriminant;
 mod evaluate;
 mod evidence;
@@ -15,8 +17,12 @@ mod harness;
 mod interval;
 mod model;
 mod nearest;
+mod outline;
 #[cfg(feature = "files")]
 mod photograph;
+mod picture;
+#[cfg(feature = "files")]
+mod picture_file;
 mod posterior;
 mod protocol;
 mod reading;
@@ -31,12 +37,14 @@ pub use evaluate::{
 };
 pub use evidence::{Evidence, GaussianEvidence, natural_spectrum};
 pub use experts::{ColourExpert, EvidenceExpert, Expert, LogRadianceExpert, Stack, light_spectrum};
-pub use harness::{Harness, Method};
+pub use harness::{Harness, Method, classes_without_exposure};
 pub use interval::{mcnemar, wilson};
-pub use model::{Development, Model, Training, TrainingPlan, Verdict};
+pub use model::{Model, SphereFeatures, Training, TrainingPlan, Verdict};
 pub use nearest::{NearestNeighbour, Scaling};
+pub use outline::Circle;
 #[cfg(feature = "files")]
 pub use photograph::Photograph;
+pub use picture::{Picture, Sphere};
 pub use posterior::{Posterior, ReflectanceGrid};
 pub use protocol::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, Plan, Protocol, View, collect};
 pub use reading::{JudgedReading, LogReader, Reader, Reading};

@@ -91,6 +91,12 @@ pub struct View {
 }
 
 impl View {
+    /// So many cameras evenly about the vertical, the first towards +z.
+    pub(super) fn cameras(self, turns: usize) -> Result<Vec<Camera>> {
+        let turn = |i: usize| TAU * i as f64 / turns as f64;
+        (0..turns).map(|i| self.camera(turn(i))).collect()
+    }
+
     /// The camera at an azimuth about the vertical: 0 stands towards +z.
     pub(super) fn camera(self, azimuth: f64) -> Result<Camera> {
         if self.elevation.is_nan() || self.elevation.abs() >= TAU / 4.0 {
@@ -315,12 +321,30 @@ pub fn collect<T: Send>(
             "a data set needs an illumination, a material and a turn, or more of each".into(),
         ));
     }
-    let cameras = (0..plan.turns)
-        .map(|turn| view.camera(TAU * turn as f64 / plan.turns as f64))
-        .collect::<Result<Vec<_>>>()?;
+    collect_from(
+        &view.cameras(plan.turns)?,
+        illuminations,
+        materials,
+        plan,
+        parallelism,
+        done,
+        read,
+    )
+}
+
+/// [`collect`], from cameras of any kind: a turn is one of them.
+pub(super) fn collect_from<T: Send>(
+    cameras: &[Camera],
+    illuminations: &[EnvironmentMap],
+    materials: &[Material],
+    plan: &Plan,
+    parallelism: Parallelism,
+    done: &(dyn Fn() + Sync),
+    read: &(dyn Fn(&Observation<()>, &SphereImage) -> Result<T> + Sync),
+) -> Result<Dataset<T>> {
     let groups = parallelism.map(illuminations.len(), |illumination| {
         let renderer = Renderer::new(&illuminations[illumination], Parallelism::Sequential)?;
-        let mut observations = Vec::with_capacity(plan.turns * materials.len());
+        let mut observations = Vec::with_capacity(cameras.len() * materials.len());
         let mut error = 0.0f64;
         for (turn, camera) in cameras.iter().enumerate() {
             let shiny = materials.iter().filter(|material| !material.is_matte());

@@ -69,6 +69,14 @@ pub struct LogReader {
 }
 
 impl LogReader {
+    /// How many features there are.
+    pub const FEATURES: usize = LogBands::FEATURES + 2;
+
+    /// Whether a feature is of no use in a picture without colour.
+    pub(super) fn needs_colour(feature: usize) -> bool {
+        LogBands::needs_colour(feature)
+    }
+
     /// The plan.
     ///
     /// # Errors

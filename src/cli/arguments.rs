@@ -5,8 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::classify::{Method, Protocol};
-use crate::cli::photo::Circle;
+use crate::classify::{Circle, Method, Protocol};
 use crate::features::Continuation;
 use crate::reflectance::Variant;
 use crate::sphere::Mapping;
@@ -123,7 +122,8 @@ pub(super) struct Reproduce {
     /// The specular lobe: ward1992, duer, gmd or sampled; may be repeated.
     #[arg(long = "lobe", value_name = "NAME", default_value = "sampled")]
     pub(super) lobes: Vec<Variant>,
-    /// Which pictures every classifier is tried on: paper, blind, tilted, photograph, continuous, or all; may be repeated. It takes
+    /// Which pictures every classifier is tried on: paper, blind, tilted, photograph, continuous, files (what classify makes
+    /// of pictures in files), or all; may be repeated. It takes
     /// minutes; without it there is the paper's own table only, which takes seconds.
     #[arg(long = "protocol", value_name = "NAME", value_parser = protocol)]
     pub(super) protocols: Vec<Protocols>,
@@ -274,11 +274,15 @@ pub(super) struct Fit {
 pub(super) enum Protocols {
     All,
     One(Protocol),
+    /// `lobes classify` itself, through files.
+    Files,
 }
 
 fn protocol(name: &str) -> Result<Protocols, crate::Error> {
     if name == "all" {
         Ok(Protocols::All)
+    } else if name == "files" {
+        Ok(Protocols::Files)
     } else {
         name.parse().map(Protocols::One)
     }
@@ -311,8 +315,8 @@ pub(super) struct Classify {
     /// The specular lobe of the spheres to learn from.
     #[arg(long, value_name = "NAME", default_value = "sampled")]
     pub(super) lobe: Variant,
-    /// From how many directions about the vertical the spheres to learn from are seen.
-    #[arg(long, value_name = "N", default_value = "2")]
+    /// By how many cameras all round, level and tilted, far and near, the spheres to learn from are seen.
+    #[arg(long, value_name = "N", default_value = "8")]
     pub(super) turns: NonZeroUsize,
     /// Learn anew, without the features that an earlier run kept.
     #[arg(long)]

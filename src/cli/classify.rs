@@ -1,18 +1,14 @@
 //! `lobes classify`: the material, and the reflectance, of the sphere in a picture.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use crate::classify::{LogReader, Model, Verdict};
+use crate::classify::{Circle, Model, Picture, Sphere as Cut, SphereFeatures, Verdict};
 use crate::cli::arguments::Classify;
 use crate::cli::output::OutputFolder;
-use crate::cli::photo::{Circle, Photo};
-use crate::cli::training::{self, Kind, Reach, SIZE};
-use crate::cli::{console, lights, materials, progress};
+use crate::cli::{console, lights, materials, progress, training};
 use crate::illumination::Luminance;
-use crate::reflection::{SphereImage, Viewpoint};
 use crate::report::{Figure, Page, encode_png, posterior_map};
 use crate::{Error, Parallelism, Result};
 
@@ -21,9 +17,8 @@ struct Sphere {
     circle: Circle,
     found: bool,
     saturated: f64,
-    kind: Kind,
     distance: Option<f64>,
-    features: Vec<f64>,
+    features: SphereFeatures,
     /// A PNG of it, for the page.
     picture: Option<Vec<u8>>,
     /// A PNG that shows where it was found.
@@ -41,34 +36,26 @@ pub(super) fn run(options: &Classify) -> Result<()> {
     });
     bar.finish_and_clear();
 
-    let mut kinds: Vec<Kind> = spheres.iter().flatten().map(|s| s.kind).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    let mut models = BTreeMap::new();
-    if !kinds.is_empty() {
+    // Learning takes a while: not where there is nothing to judge.
+    let model = if spheres.iter().any(Result::is_ok) {
         let maps = lights::load(&options.lights)?;
-        for kind in kinds {
-            let training = training::load(
-                kind,
-                &maps,
-                &materials,
-                options.lobe,
-                options.turns.get(),
-                options.fresh,
-            )?;
-            models.insert(kind, Model::learn(&training, Parallelism::Rayon)?);
-        }
-    }
-    let verdicts = Parallelism::Rayon.map(paths.len(), |i| match &spheres[i] {
-        Ok(sphere) => models[&sphere.kind].verdict(&sphere.features),
-        Err(error) => Err(error.clone()),
+        let (lobe, turns) = (options.lobe, options.turns.get());
+        let training = training::load(&maps, &materials, lobe, turns, options.fresh)?;
+        Some(Model::learn(&training, Parallelism::Rayon)?)
+    } else {
+        None
+    };
+    let names = model.as_ref().map_or(&[][..], Model::materials);
+    let verdicts = Parallelism::Rayon.map(paths.len(), |i| match (&spheres[i], &model) {
+        (Ok(sphere), Some(model)) => model.verdict(&sphere.features),
+        (Ok(_), None) => Err(Error::Unanswerable("nothing was learned".into())),
+        (Err(error), _) => Err(error.clone()),
     });
 
     let mut failed = 0;
     for ((path, sphere), verdict) in paths.iter().zip(&spheres).zip(&verdicts) {
         match (sphere, verdict) {
             (Ok(sphere), Ok(verdict)) => {
-                let names = models[&sphere.kind].materials();
                 console::json(&line_of_json(path, sphere, verdict, names))?;
                 console::answer(format!(
                     "{}: {}",
@@ -87,7 +74,7 @@ pub(super) fn run(options: &Classify) -> Result<()> {
             }
         }
     }
-    write(options, &paths, &spheres, &verdicts, &models)?;
+    write(options, &paths, &spheres, &verdicts, names)?;
     match failed {
         0 => Ok(()),
         1 if paths.len() == 1 => Err(Error::Unanswerable("the picture was not classified".into())),
@@ -147,32 +134,24 @@ fn expand(images: &[PathBuf]) -> Result<Vec<PathBuf>> {
 }
 
 fn read(path: &Path, options: &Classify) -> Result<Sphere> {
-    let photo = Photo::read(path)?;
-    let (circle, found) = match (options.circle, photo.masked_circle()?) {
-        (Some(circle), _) | (None, Some(circle)) => (circle, false),
-        (None, None) => (photo.find_circle()?, true),
+    let photo = Picture::read(path)?;
+    let circle = match options.circle {
+        Some(circle) => circle,
+        None => photo.circle()?,
     };
-    let (image, saturated) = photo.sphere(circle, SIZE)?;
-    let distance = image.camera().distance();
-    let reader = LogReader::new(match distance {
-        Some(distance) => Viewpoint::Perspective { distance },
-        None => Viewpoint::Orthographic,
-    })?;
+    let found = options.circle.is_none() && !photo.has_mask();
+    let sphere = photo.sphere(circle)?;
+    let image = &sphere.image;
     let exposure = 0.25 / Luminance::Rec709.of(image.mean());
     Ok(Sphere {
         circle,
         found,
-        saturated,
-        kind: Kind {
-            encoded: photo.encoded,
-            grey: is_grey(&image),
-            reach: Reach::of(distance),
-        },
-        distance,
-        features: reader.features(&image)?,
+        saturated: sphere.saturated,
+        distance: image.camera().distance(),
+        features: SphereFeatures::of(&sphere)?,
         picture: if options.report {
             let pixel = |row, column| image.get(row, column);
-            Some(encode_png(SIZE, SIZE, exposure, pixel)?)
+            Some(encode_png(Cut::SIZE, Cut::SIZE, exposure, pixel)?)
         } else {
             None
         },
@@ -184,23 +163,13 @@ fn read(path: &Path, options: &Classify) -> Result<Sphere> {
     })
 }
 
-/// Whether all three channels are one.
-fn is_grey(image: &SphereImage) -> bool {
-    let largest = image
-        .iter()
-        .fold(0.0, |largest, (_, _, rgb)| f64::max(largest, rgb[1]));
-    image
-        .iter()
-        .all(|(_, _, [r, g, b])| (r - g).abs() <= 1e-3 * largest && (b - g).abs() <= 1e-3 * largest)
-}
-
 /// The picture, no larger than 1024 pixels, with the circle on it.
-fn overlay(photo: &Photo, circle: Circle, exposure: f64) -> Result<Vec<u8>> {
-    let scale = photo.width.max(photo.height).div_ceil(1024);
+fn overlay(photo: &Picture, circle: Circle, exposure: f64) -> Result<Vec<u8>> {
+    let scale = photo.width().max(photo.height()).div_ceil(1024);
     let line = 1.5f64.max(0.01 * circle.radius / scale as f64) * scale as f64;
     encode_png(
-        photo.width / scale,
-        photo.height / scale,
+        photo.width() / scale,
+        photo.height() / scale,
         exposure,
         |row, column| {
             let (y, x) = (row * scale, column * scale);
@@ -209,7 +178,7 @@ fn overlay(photo: &Photo, circle: Circle, exposure: f64) -> Result<Vec<u8>> {
                 // Magenta at full strength whatever the exposure.
                 return Some([1.0, 0.0, 1.0].map(|value| value / exposure));
             }
-            Some(photo.pixels[y * photo.width + x])
+            Some(photo.pixels()[y * photo.width() + x])
         },
     )
 }
@@ -241,7 +210,7 @@ fn sentence(sphere: &Sphere, verdict: &Verdict, names: &[String]) -> String {
         "{}; σ {middle:.3} ({low:.3} – {high:.3}), specular share {share:.2} ({share_low:.2} – {share_high:.2})",
         answers.join(", ")
     );
-    if sphere.kind.grey {
+    if sphere.features.is_grey() {
         text.push_str("; a grey picture, judged without colour");
     }
     if sphere.saturated > 0.0 {
@@ -279,7 +248,7 @@ fn line_of_json(
         "circle": [sphere.circle.x, sphere.circle.y, sphere.circle.radius],
         "found": sphere.found,
         "saturated": sphere.saturated,
-        "grey": sphere.kind.grey,
+        "grey": sphere.features.is_grey(),
         "distance": sphere.distance,
     })
 }
@@ -290,7 +259,7 @@ fn write(
     paths: &[PathBuf],
     spheres: &[Result<Sphere>],
     verdicts: &[Result<Verdict>],
-    models: &BTreeMap<Kind, Model>,
+    names: &[String],
 ) -> Result<()> {
     let found = spheres.iter().flatten().any(|sphere| sphere.found);
     if !(found || options.report) {
@@ -321,7 +290,6 @@ fn write(
                 caption: vec!["where the sphere was found".into()],
             });
         }
-        let names = models[&sphere.kind].materials();
         if let Some(picture) = &sphere.picture {
             output.add(format!("{stem}.png"), picture.clone());
             pictures.push(Figure {

@@ -13,13 +13,13 @@ mod fit;
 mod lights;
 mod materials;
 mod output;
-mod photo;
 mod progress;
 mod render;
 mod reproduce;
 mod spectrum;
 mod training;
 mod training_set;
+mod trial;
 
 use std::process::ExitCode;
 
@@ -114,8 +114,8 @@ fn slug(name: &str) -> String {
 pub mod readers {
     use std::path::Path;
 
-    use super::photo::Photo;
     use crate::Result;
+    use crate::classify::Picture;
 
     /// The materials of a TOML file: how many.
     pub fn materials(text: &str) -> Result<usize> {
@@ -129,11 +129,7 @@ pub mod readers {
 
     /// The sphere in a picture: how much of it is saturated.
     pub fn photograph(bytes: &[u8]) -> Result<f64> {
-        let photo = Photo::of_bytes(Path::new("bytes"), bytes)?;
-        let circle = match photo.masked_circle()? {
-            Some(circle) => circle,
-            None => photo.find_circle()?,
-        };
-        Ok(photo.sphere(circle, 32)?.1)
+        let picture = Picture::of_bytes(bytes)?;
+        Ok(picture.sphere(picture.circle()?)?.saturated)
     }
 }

@@ -8,18 +8,18 @@ use serde_json::json;
 use crate::classify::{
     Calibration, Dataset, Evaluation, Harness, JudgedReading, LearnedPosterior, LogReader, Method,
     NearestNeighbour, Observation, Plan, Protocol, RandomReflectances, Reader, Reading, Scaling,
-    collect_random, leave_one_illumination_out, mcnemar,
+    TrainingPlan, collect_random, leave_one_illumination_out, mcnemar,
 };
 use crate::cli::arguments::{Protocols, Reproduce};
 use crate::cli::output::{OutputFolder, write_file};
-use crate::cli::{console, lights, materials, progress, slug, spectrum};
+use crate::cli::{console, lights, materials, progress, slug, spectrum, training, trial};
 use crate::features::{Continuation, PaperFeatures, TOP_DEGREE};
 use crate::files::{self, Precision, encode_exr};
 use crate::illumination::{EnvironmentMap, LightSpectrum, Luminance};
 use crate::reflectance::{Material, Variant};
 use crate::reflection::{Settings, SphereImage};
 use crate::report::{
-    AccuracyFile, AccuracyRow, Comparison, ContinuousRow, Figure, NamedConfusion, Page,
+    AccuracyFile, AccuracyRow, Comparison, ContinuousRow, Figure, FilesRow, NamedConfusion, Page,
     calibration, confusion_matrix, encode_png, feature_plane, light_spectra,
 };
 use crate::{Error, Parallelism, Result};
@@ -148,11 +148,20 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
             }
         }
     }
+    let asked = |p: &Protocols| matches!(p, Protocols::All | Protocols::Files);
+    if maps.len() > 2 && options.protocols.iter().any(asked) {
+        let cameras = TrainingPlan::default().plan.turns;
+        let training = training::load(&maps, &materials, plan.lobe, cameras, false)?;
+        beyond.files = trial::run(&maps, &materials, &training, &plan, options.seed)?;
+    }
     if !beyond.rows.is_empty() {
         console::answer(format!("\n{}", beyond.table()));
     }
     if let Some(text) = beyond.continuous_sentence() {
         console::answer(format!("\n{text}"));
+    }
+    if !beyond.files.is_empty() {
+        console::answer(format!("\n{}", beyond.files_table()));
     }
 
     let data = paper.dataset();
@@ -166,6 +175,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
             .collect(),
         comparisons: beyond.comparisons.clone(),
         continuous: beyond.continuous.clone(),
+        files: beyond.files.clone(),
     };
     let mut json = serde_json::to_string_pretty(&accuracy)
         .map_err(|error| Error::Unanswerable(format!("the table has no JSON form: {error}")))?;
@@ -241,9 +251,46 @@ struct Beyond {
     rows: Vec<Row>,
     comparisons: Vec<Comparison>,
     continuous: Option<ContinuousRow>,
+    files: Vec<FilesRow>,
 }
 
 impl Beyond {
+    const FILES_HEADINGS: [&'static str; 6] = [
+        "files",
+        "read#",
+        "circle off by, of the radius#",
+        "correct#",
+        "told apart#",
+        "\"none of these\" likeliest#",
+    ];
+
+    fn files_columns(row: &FilesRow) -> Vec<String> {
+        let errors = &row.circle_errors;
+        let at = |level: f64| {
+            let place = (level * errors.len().saturating_sub(1) as f64).round() as usize;
+            errors.get(place).map_or(0.0, |error| 100.0 * error)
+        };
+        vec![
+            row.kind.clone(),
+            format!("{}/{}", row.read, row.total),
+            format!("{:.2} % (nineteen of twenty: {:.2} %)", at(0.5), at(0.95)),
+            format!("{}/{}", row.correct, row.total),
+            format!(
+                "{} ({:.1} %)",
+                row.told_apart,
+                100.0 * row.told_apart as f64 / row.total.max(1) as f64
+            ),
+            row.strange.to_string(),
+        ]
+    }
+
+    fn files_table(&self) -> Table {
+        plain_table(
+            &Self::FILES_HEADINGS,
+            self.files.iter().map(Self::files_columns),
+        )
+    }
+
     /// σ and the specular share of random reflectances.
     fn add_continuous(&mut self, maps: &[EnvironmentMap], plan: &Plan, seed: u64) -> Result<()> {
         let reader = LogReader::new(Protocol::Continuous.view().viewpoint)?;
@@ -396,6 +443,17 @@ impl Beyond {
         text.push_str(&line(&rule));
         for row in &self.rows {
             text.push_str(&line(&self.columns(&row.row)));
+        }
+        if !self.files.is_empty() {
+            let headings = Self::FILES_HEADINGS;
+            text.push_str(&format!(
+                "\n{}{}",
+                line(&headings.map(|h| h.trim_end_matches('#').to_owned())),
+                line(&headings.map(|h| if h.ends_with('#') { "---:" } else { "---" }.to_owned()))
+            ));
+            for row in &self.files {
+                text.push_str(&line(&Self::files_columns(row)));
+            }
         }
         if let Some(sentence) = self.continuous_sentence() {
             text.push_str(&format!("\n{sentence}.\n"));

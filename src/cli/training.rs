@@ -3,91 +3,21 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
-use crate::classify::{
-    Dataset, Observation, Photograph, Plan, RandomReflectances, Reflectance, Sample, Training,
-    TrainingPlan, View,
-};
+use crate::classify::{Dataset, Observation, Reflectance, Sample, Training, TrainingPlan};
 use crate::cli::progress;
-use crate::illumination::{EnvironmentMap, Luminance};
+use crate::illumination::EnvironmentMap;
 use crate::reflectance::{Material, Variant};
-use crate::reflection::{Settings, SphereImage, Viewpoint};
 use crate::{Parallelism, Result};
 
-/// Pixels a side of every sphere, those to learn from and those to be judged.
-pub(super) const SIZE: usize = 96;
-
-/// Which pictures a model is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) struct Kind {
-    /// Whether they come as codes of 8 or 16 bits, clipped and perhaps compressed.
-    pub(super) encoded: bool,
-    /// Whether they have no colour.
-    pub(super) grey: bool,
-    /// How far the camera is.
-    pub(super) reach: Reach,
-}
-
-/// How far a camera is, as far as spheres to learn from are rendered for it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) enum Reach {
-    Far,
-    Middle,
-    Near,
-}
-
-impl Reach {
-    pub(super) fn of(distance: Option<f64>) -> Self {
-        match distance {
-            Some(distance) if distance < 5.5 => Self::Near,
-            Some(distance) if distance < 16.0 => Self::Middle,
-            _ => Self::Far,
-        }
-    }
-
-    fn viewpoint(self) -> Viewpoint {
-        match self {
-            Self::Far => Viewpoint::Orthographic,
-            Self::Middle => Viewpoint::Perspective { distance: 8.0 },
-            Self::Near => Viewpoint::Perspective { distance: 4.0 },
-        }
-    }
-}
-
-/// The plan of a kind: seen level and from 45° above, rendered to a hundredth.
-fn plan(kind: Kind, lobe: Variant, turns: usize) -> TrainingPlan {
-    let view = |elevation: f64| View {
-        elevation: elevation.to_radians(),
-        viewpoint: kind.reach.viewpoint(),
-    };
-    TrainingPlan {
-        views: vec![view(0.0), view(45.0)],
-        plan: Plan {
-            lobe,
-            settings: Settings {
-                size: SIZE,
-                tolerance: 1e-2,
-                ..Settings::default()
-            },
-            turns,
-        },
-        random: RandomReflectances {
-            roughnesses: 3,
-            colours: 4,
-            ..RandomReflectances::default()
-        },
-    }
-}
-
-/// The training set of a kind: what an earlier run kept, or made now and kept.
+/// The training set: what an earlier run kept, or made now and kept.
 pub(super) fn load(
-    kind: Kind,
     maps: &[EnvironmentMap],
     materials: &[Material],
     lobe: Variant,
     turns: usize,
     fresh: bool,
 ) -> Result<Training> {
-    let path = place(kind, maps, materials, lobe, turns);
+    let path = place(maps, materials, lobe, turns);
     let kept = path.as_deref().filter(|_| !fresh).and_then(|path| {
         let bytes = std::fs::read(path).ok()?;
         unpack(&bytes, maps, materials)
@@ -95,36 +25,11 @@ pub(super) fn load(
     if let Some(training) = kept {
         return Ok(training);
     }
-    let plan = plan(kind, lobe, turns);
-    let bar = progress::bar(2 * plan.views.len() * maps.len(), "learning");
-    let camera = Photograph::default();
-    let develop = |seed: u64, image: &SphereImage| {
-        let grey;
-        let image = if kind.grey {
-            grey = image.map(|rgb| [Luminance::Rec709.of(rgb); 3]);
-            &grey
-        } else {
-            image
-        };
-        if kind.encoded {
-            let photo = camera.take(image, seed)?;
-            Ok(if kind.grey {
-                photo.map(|rgb| [Luminance::Rec709.of(rgb); 3])
-            } else {
-                photo
-            })
-        } else {
-            Ok(image.clone())
-        }
-    };
-    let training = Training::new(
-        maps,
-        materials,
-        &plan,
-        &develop,
-        Parallelism::Rayon,
-        &|| bar.inc(1),
-    )?;
+    let mut plan = TrainingPlan::default();
+    plan.plan.lobe = lobe;
+    plan.plan.turns = turns;
+    let bar = progress::bar(2 * maps.len(), "learning");
+    let training = Training::new(maps, materials, &plan, Parallelism::Rayon, &|| bar.inc(1))?;
     bar.finish_and_clear();
     if let Some(path) = path {
         keep(&path, &pack(&training));
@@ -134,7 +39,6 @@ pub(super) fn load(
 
 /// Where a training set is kept: in the user's folder for caches, by all that it depends on.
 fn place(
-    kind: Kind,
     maps: &[EnvironmentMap],
     materials: &[Material],
     lobe: Variant,
@@ -145,7 +49,7 @@ fn place(
         .filter(|path| path.is_absolute())
         .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
     let mut hasher = DefaultHasher::new();
-    (env!("CARGO_PKG_VERSION"), FORMAT, kind, lobe.name(), turns).hash(&mut hasher);
+    (env!("CARGO_PKG_VERSION"), FORMAT, lobe.name(), turns).hash(&mut hasher);
     let numbers = |hasher: &mut DefaultHasher, values: &[f64]| {
         for value in values {
             value.to_bits().hash(hasher);
@@ -169,7 +73,7 @@ fn place(
 }
 
 /// What stands first in a file; it changes with what is kept.
-const FORMAT: &[u8; 8] = b"lobes-t1";
+const FORMAT: &[u8; 8] = b"lobes-t2";
 
 /// Keeps the bytes if it can: without them the next run learns anew.
 fn keep(path: &std::path::Path, bytes: &[u8]) {

@@ -31,7 +31,14 @@ const PERCENTILES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
 ///
 /// - ln (E + 10⁻⁶), E the mean square per value in each band of (m, k), of three fields: ln luminance, ln R/G, ln B/G;
 /// - of ln luminance: ln of its variance, its skewness, ln of its kurtosis, and seven percentiles over its standard deviation;
-/// - the mean of ln R/G and of ln B/G.
+/// - the mean of ln R/G and of ln B/G;
+/// - how their mean over the brightest 1, 5 and 20 % and the darkest 5 and 20 % differs from that over all, and ln of their variance, where
+///   nothing is saturated: a plastic's highlight is white, its body is not; and the share that is saturated, as it is and as a logarithm;
+/// - of the steps of ln luminance over 1, 2, 4, 8 and 16 rings and as many columns: ln of the kurtosis and of ⟨|d|⟩²/⟨d²⟩, and the correlations
+///   with the steps of ln R/G and ln B/G;
+/// - eight percentiles of ln luminance over the mean luminance.
+///
+/// Saturated is what comes within 2.6 % of the picture's largest value, which is where codes of 8 bits end.
 ///
 /// Exposure changes none of them; a turn of the camera about its axis only as far as pixels are square.
 #[derive(Debug, Clone)]
@@ -40,7 +47,41 @@ pub struct LogBands {
     basis: DMatrix<f64>,
 }
 
+/// Bands of one field.
+const BANDS: usize = (EDGES.len() - 1) * (EDGES.len() - 1) - 1;
+
+/// The steps over which differences are taken.
+const LAGS: [usize; 5] = [1, 2, 4, 8, 16];
+
+/// The shares of the brightest and of the darkest values whose colour is taken.
+const BRIGHTEST: [f64; 3] = [0.01, 0.05, 0.2];
+const DARKEST: [f64; 2] = [0.05, 0.2];
+
+/// What is taken of the colours of the bright and the dark.
+const TINTS: usize = 2 * (BRIGHTEST.len() + DARKEST.len() + 1);
+
+/// The percentiles of log luminance over the mean luminance that are features.
+const LEVELS: [f64; 8] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.998];
+
+/// What comes so near to the largest value is saturated: 252/255 in sRGB.
+const SATURATED: f64 = 0.974;
+
+/// How many features there are before those of colours and steps.
+const FIRST: usize = 3 * BANDS + 3 + PERCENTILES.len() + 2;
+
 impl LogBands {
+    /// How many features there are.
+    pub const FEATURES: usize = FIRST + TINTS + 2 + 8 * LAGS.len() + LEVELS.len();
+
+    /// Whether a feature, or what may be appended to them, is of the chromaticity: no use in a picture without colour.
+    pub(crate) fn needs_colour(feature: usize) -> bool {
+        let steps = FIRST + TINTS + 2 + 4 * LAGS.len();
+        (BANDS..3 * BANDS).contains(&feature)
+            || (FIRST - 2..FIRST + TINTS).contains(&feature)
+            || (steps..steps + 4 * LAGS.len()).contains(&feature)
+            || feature >= Self::FEATURES
+    }
+
     /// The plan for pictures that are unwrapped onto `rings` rings by a layout of the same viewpoint.
     ///
     /// # Errors
@@ -114,8 +155,97 @@ impl LogBands {
         for modes in &amplitudes[1..] {
             features.push(modes.cosine(0).iter().sum::<f64>() / rings);
         }
+        let values: Vec<[f64; 3]> = picture.values().iter().map(|v| fields.at(*v)).collect();
+        features.extend(tints(picture, &values));
+        features.extend(steps(&values, picture.columns()));
+        let mean = Luminance::Rec709.of(picture.mean()).ln();
+        for level in LEVELS {
+            features.push(logs[(level * (count - 1.0)) as usize] - mean);
+        }
         Ok(features)
     }
+}
+
+/// The colours of the bright and of the dark beside that of all, and how much is saturated.
+fn tints(picture: &Unwrapped, fields: &[[f64; 3]]) -> Vec<f64> {
+    let brightest = |rgb: &[f64; 3]| rgb.iter().copied().fold(0.0, f64::max);
+    let largest = picture.values().iter().map(brightest).fold(0.0, f64::max);
+    let mut order: Vec<[f64; 3]> = picture
+        .values()
+        .iter()
+        .zip(fields)
+        .filter(|(rgb, _)| brightest(rgb) < SATURATED * largest)
+        .map(|(_, at)| *at)
+        .collect();
+    let saturated = 1.0 - order.len() as f64 / fields.len() as f64;
+    if order.len() < 50 {
+        order = fields.to_vec();
+    }
+    order.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let count = order.len();
+    let mut features = Vec::with_capacity(TINTS + 2);
+    for field in [1, 2] {
+        let mean = |of: &[[f64; 3]]| of.iter().map(|at| at[field]).sum::<f64>() / of.len() as f64;
+        let part = |share: f64| ((share * count as f64) as usize).max(1);
+        let all = mean(&order);
+        for share in BRIGHTEST {
+            features.push(mean(&order[count - part(share)..]) - all);
+        }
+        for share in DARKEST {
+            features.push(mean(&order[..part(share)]) - all);
+        }
+        let variance = order
+            .iter()
+            .map(|at| (at[field] - all).powi(2))
+            .sum::<f64>()
+            / count as f64;
+        features.push((variance + 1e-5).ln());
+    }
+    features.extend([saturated, (saturated + 1e-3).ln()]);
+    features
+}
+
+/// The shape of the distribution of steps of log luminance, and how they go with those of the chromaticities.
+fn steps(fields: &[[f64; 3]], columns: usize) -> Vec<f64> {
+    let rings = fields.len() / columns;
+    let (mut shapes, mut correlations) = (Vec::new(), Vec::new());
+    for across in [true, false] {
+        for lag in LAGS {
+            // ⟨d²⟩, ⟨d⁴⟩, ⟨|d|⟩ of luminance; ⟨d e⟩ and ⟨e²⟩ with each chromaticity.
+            let (mut second, mut fourth, mut first) = (0.0, 0.0, 0.0);
+            let (mut cross, mut squares) = ([0.0; 2], [0.0; 2]);
+            let last = if across { rings - lag } else { rings };
+            for ring in 0..last {
+                let row = &fields[ring * columns..][..columns];
+                let other = if across { ring + lag } else { ring };
+                let other = &fields[other * columns..][..columns];
+                let turn = if across { 0 } else { lag };
+                for (column, from) in row.iter().enumerate() {
+                    let to = &other[(column + turn) % columns];
+                    let step = to[0] - from[0];
+                    let square = step * step;
+                    second += square;
+                    fourth += square * square;
+                    first += step.abs();
+                    for c in 0..2 {
+                        let chroma = to[c + 1] - from[c + 1];
+                        cross[c] += step * chroma;
+                        squares[c] += chroma * chroma;
+                    }
+                }
+            }
+            let count = (last * columns) as f64;
+            let variance = second / count + FAINTEST;
+            shapes.push((fourth / count / (variance * variance) + 1e-2).ln());
+            shapes.push(((first / count).powi(2) / variance + 1e-3).ln());
+            for c in 0..2 {
+                let scale = (variance * (squares[c] / count + 1e-5)).sqrt();
+                correlations.push(cross[c] / count / scale);
+            }
+        }
+    }
+    shapes.extend(correlations);
+    shapes
 }
 
 /// ln of the variance, the skewness, ln of the kurtosis, each tame where nothing varies.

@@ -39,6 +39,13 @@ const MOST_EXPANSION: usize = 2048;
 
 /// The colour of the first layer that has red, green and blue, or luminance alone.
 pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
+    Ok(decode_with_alpha(bytes)?.0)
+}
+
+/// The colour, and the channel A of the same layer if it has one.
+pub(super) fn decode_with_alpha(
+    bytes: &[u8],
+) -> std::result::Result<(Picture, Option<Vec<f64>>), Problem> {
     // The crate's decompressors panic on some damaged files (an overflow in B44, for one). They share no state with
     // anything, so a panic ends here.
     GUARDED.set(true);
@@ -58,7 +65,7 @@ pub(crate) fn is_guarded() -> bool {
     GUARDED.get()
 }
 
-fn decode_unguarded(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
+fn decode_unguarded(bytes: &[u8]) -> std::result::Result<(Picture, Option<Vec<f64>>), Problem> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(problem)?;
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
@@ -113,17 +120,20 @@ fn decode_unguarded(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
             "store it again as RGB",
         ));
     }
-    Ok(Picture {
+    let at = |channel: &AnyChannel<FlatSamples>, index: usize| {
+        f64::from(channel.sample_data.value_by_flat_index(index).to_f32())
+    };
+    let alpha = find("A")
+        .filter(|channel| channel.sample_data.len() == count)
+        .map(|channel| (0..count).map(|index| at(channel, index)).collect());
+    let picture = Picture {
         width: layer.size.width(),
         height: layer.size.height(),
         pixels: (0..count)
-            .map(|index| {
-                channels.map(|channel| {
-                    f64::from(channel.sample_data.value_by_flat_index(index).to_f32())
-                })
-            })
+            .map(|index| channels.map(|channel| at(channel, index)))
             .collect(),
-    })
+    };
+    Ok((picture, alpha))
 }
 
 /// How a value is stored in an OpenEXR file.

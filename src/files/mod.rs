@@ -72,7 +72,7 @@ impl Problem {
         Error::file(path, self.what, self.remedy)
     }
 
-    fn in_bytes(self) -> Error {
+    pub(crate) fn in_bytes(self) -> Error {
         Error::Contents {
             problem: self.what,
             remedy: self.remedy,
@@ -170,6 +170,17 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 /// ```
 pub fn decode(bytes: &[u8]) -> Result<Picture> {
     decode_problem(bytes).map_err(Problem::in_bytes)
+}
+
+/// [`decode_problem`], and the alpha channel of an OpenEXR file that has one.
+pub(crate) fn decode_with_alpha(
+    bytes: &[u8],
+) -> std::result::Result<(Picture, Option<Vec<f64>>), Problem> {
+    if bytes.starts_with(&exr::MAGIC) {
+        exr::decode_with_alpha(bytes)
+    } else {
+        Ok((decode_problem(bytes)?, None))
+    }
 }
 
 /// [`decode`], with what is wrong still to be put into an error.

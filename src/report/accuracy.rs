@@ -103,6 +103,25 @@ pub struct ContinuousRow {
     pub coverage: Vec<(f64, f64, f64)>,
 }
 
+/// How `lobes classify` read files of one kind, under light that it had not learned from.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct FilesRow {
+    /// What the files are.
+    pub kind: String,
+    /// How many files there were.
+    pub total: usize,
+    /// How many of them it could read.
+    pub read: usize,
+    /// How many were named right.
+    pub correct: usize,
+    /// How many were given their own material or one whose pictures are the same but for the unknown exposure.
+    pub told_apart: usize,
+    /// How many were more likely none of the materials than any one of them.
+    pub strange: usize,
+    /// How far each circle was off, in radii of the sphere: the centre or the radius, whichever is more. Rising.
+    pub circle_errors: Vec<f64>,
+}
+
 /// `accuracy.json`: the rows, and what made them. It holds no time and no path, so the same command
 /// writes the same bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -118,4 +137,7 @@ pub struct AccuracyFile {
     /// The protocol `continuous`, where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub continuous: Option<ContinuousRow>,
+    /// The trial of `lobes classify`, where it was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<FilesRow>,
 }

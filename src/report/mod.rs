@@ -11,7 +11,9 @@ mod page;
 mod plot;
 mod png;
 
-pub use accuracy::{AccuracyFile, AccuracyRow, Comparison, ContinuousRow, NamedConfusion};
+pub use accuracy::{
+    AccuracyFile, AccuracyRow, Comparison, ContinuousRow, FilesRow, NamedConfusion,
+};
 pub use figures::{calibration, confusion_matrix, feature_plane, light_spectra, posterior_map};
 pub use page::{Figure, Page};
 pub use plot::{Axis, Chart, Mark, Series};
