@@ -45,7 +45,8 @@ fn posterior(criterion: &mut Criterion) {
                 sigma: 0.02 * 15f64.powf(rng.random()),
             };
             let at = [truth.share, truth.sigma.ln()];
-            let view = (0..311).map(|k| at[k % 2] * (k as f64).sin() + rng.random::<f64>());
+            let view = (0..LogReader::FEATURES)
+                .map(|k| at[k % 2] * (k as f64).sin() + rng.random::<f64>());
             Sample {
                 illumination: i % 16,
                 judged: true,

@@ -241,16 +241,24 @@ impl PosteriorModel {
     }
 
     fn of_centred(&self, features: &DVector<f64>, weight: f64) -> Posterior {
+        self.weighed(&self.log_likelihoods(features), weight)
+    }
+
+    /// ln of the likelihood of each point but for what all share.
+    fn log_likelihoods(&self, features: &DVector<f64>) -> Vec<f64> {
         let mut white = features.clone();
         self.factor.l_dirty().solve_lower_triangular_mut(&mut white);
         let projection = self.whitened.tr_mul(&white);
-        let log = self
-            .points
+        self.points
             .iter()
             .zip(&self.half_squares)
-            .map(|(point, half)| weight * (projection.dot(point) - half))
-            .collect();
-        Posterior::of_likelihoods(&self.shares, &self.sigmas, log)
+            .map(|(point, half)| projection.dot(point) - half)
+            .collect()
+    }
+
+    fn weighed(&self, logs: &[f64], weight: f64) -> Posterior {
+        let logs = logs.iter().map(|log| weight * log).collect();
+        Posterior::of_likelihoods(&self.shares, &self.sigmas, logs)
     }
 
     /// The weight of the likelihood.
@@ -423,8 +431,9 @@ impl LearnedPosterior {
             inner[left_out] = false;
             let model = self.fit(&inner, 1.0)?;
             for i in (0..self.features.len()).filter(|&i| self.illuminations[i] == left_out) {
+                let logs = model.log_likelihoods(&self.features[i]);
                 for (score, &weight) in scores.iter_mut().zip(&weights) {
-                    let posterior = model.of_centred(&self.features[i], weight);
+                    let posterior = model.weighed(&logs, weight);
                     *score += posterior.log_density(self.truths[i].share, self.truths[i].sigma);
                 }
             }

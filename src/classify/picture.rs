@@ -400,7 +400,7 @@ mod tests {
             let (x, y) = (radius + 3.2, radius + 4.9);
             let pixels = (0..side * side).map(|i| {
                 let off = ((i % side) as f64 + 0.5 - x).hypot((i / side) as f64 + 0.5 - y);
-                [if off < radius - 0.71 { 1.0 } else { 1e6 }; 3]
+                [if off < radius - 0.7 { 1.0 } else { 1e6 }; 3]
             });
             let picture = Picture::linear(side, side, pixels.collect()).unwrap();
             let sphere = picture.sphere(Circle { x, y, radius }).unwrap();
