@@ -26,6 +26,8 @@ mod picture_file;
 mod posterior;
 mod protocol;
 mod reading;
+#[cfg(feature = "files")]
+mod training;
 
 pub use continuous::{
     Calibration, LearnedPosterior, PosteriorModel, RandomReflectances, Reflectance, Sample,
@@ -39,7 +41,7 @@ pub use evidence::{Evidence, GaussianEvidence, natural_spectrum};
 pub use experts::{ColourExpert, EvidenceExpert, Expert, LogRadianceExpert, Stack, light_spectrum};
 pub use harness::{Harness, Method, classes_without_exposure};
 pub use interval::{mcnemar, wilson};
-pub use model::{Model, SphereFeatures, Training, TrainingPlan, Verdict};
+pub use model::{Model, SphereFeatures, Training, Verdict};
 pub use nearest::{NearestNeighbour, Scaling};
 pub use outline::Circle;
 #[cfg(feature = "files")]
@@ -48,3 +50,5 @@ pub use picture::{Picture, Sphere};
 pub use posterior::{Posterior, ReflectanceGrid};
 pub use protocol::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, Plan, Protocol, View, collect};
 pub use reading::{JudgedReading, LogReader, Reader, Reading};
+#[cfg(feature = "files")]
+pub use training::TrainingPlan;
