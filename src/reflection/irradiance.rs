@@ -1,252 +1,465 @@
-//! Irradiance to convergence: a tree of the map's pixels, each node with the vector ∫ ω L dω of its light.
+//! Irradiance by harmonics: a table, looked up.
 //!
-//! A node wholly above a surface's horizon gives n · ∫ ω L dω, exactly; one wholly below gives nothing; one that straddles
-//! the horizon is opened until what could go wrong with it no longer matters. So a sun costs a few nodes more, on the few
-//! normals whose horizon it touches, and no harmonic degree has to be large enough for it.
+//! E_lm = A_l L_lm (Ramamoorthi and Hanrahan 2001, doi:10.1364/JOSAA.18.002448; Basri and Jacobs 2003,
+//! doi:10.1109/TPAMI.2003.1177153) falls as l^(−5/2) times what the light itself falls by, so degree [`DEGREE`] is plenty for
+//! most light. It is not for a lamp of a few pixels at a surface's horizon: the clamped cosine has a kink there, which a sum up to
+//! degree l misses by 1/(πl) of the lamp. So the brightest pixels are taken out of the map and summed one by one, each as the
+//! bilinear hat that it stands for; groups of them that are all above the horizon, or all below, count as one. What the table
+//! still gets wrong is measured when it is made: at some normals every pixel is summed like that.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
 use super::kernel::to_map;
+use crate::harmonics::{Coefficients, Transform};
 use crate::illumination::EnvironmentMap;
-use crate::sphere::Rule;
+use crate::reflectance::lambert;
+use crate::sphere::{Grid, Rule};
+use crate::{Parallelism, Result};
 
-/// The light of a block of pixels.
-#[derive(Debug, Clone)]
-struct Node {
-    /// The direction of its middle, and the sine of the angle from there that holds all of it.
+/// The largest degree.
+const DEGREE: usize = 127;
+
+/// A map of more rows is analysed on its own pixels.
+const FINE: usize = 512;
+
+/// Rows of the table.
+const ROWS: usize = 256;
+
+/// Nodes of the interpolation in the table, each way.
+const TAPS: usize = 6;
+
+/// Rows and columns that the table goes beyond its ends.
+const PAD: usize = TAPS / 2;
+
+/// A pixel is summed by itself if it holds more than this share of all light.
+const SHARE: f64 = 1.5e-4;
+
+/// At most so many pixels are summed by themselves.
+const BRIGHTEST: usize = 1024;
+
+/// Hats that are summed together.
+const LANES: usize = 8;
+
+/// One that holds more than this is integrated exactly where the horizon cuts it.
+const LARGE_SHARE: f64 = 1e-3;
+
+/// What cutting small hats as if they were flat costs, relative: the kinks of many go both ways.
+const SUM_ERROR: f64 = 1e-6;
+
+/// Normals at which the table is compared with the sum over all pixels.
+const CHECKED: usize = 16;
+
+/// Some neighbouring bright pixels as one.
+#[derive(Debug)]
+struct Group {
+    /// The direction of their middle, and the sine of the angle from there that holds all of them; above 1 if that is too large.
     axis: DVec3,
     sin: f64,
     /// ∫ L ω dω of each channel.
     vectors: [DVec3; 3],
-    /// ∫ L dω, summed over the channels.
-    mass: f64,
 }
 
-/// The tree, level by level from single pixels to one node.
+/// The bright pixels of a group.
 #[derive(Debug)]
-pub(super) struct IrradianceTree {
-    levels: Vec<Vec<Node>>,
-    /// Nodes a row at each level.
-    widths: Vec<usize>,
-    /// Irradiances, summed over the channels, on a coarse grid of normals.
-    rough: Vec<f64>,
+struct Hats {
+    /// ∫ ω dω over each hat.
+    x: [f64; LANES],
+    y: [f64; LANES],
+    z: [f64; LANES],
+    /// Nearer to the horizon than this, n · ∫ ω dω is not the whole truth.
+    near: [f64; LANES],
+    light: [[f64; LANES]; 3],
+    /// The row and the column.
+    place: [(u32, u32); LANES],
+    /// Whether it holds so much light that the horizon is to cut it exactly.
+    large: [bool; LANES],
 }
 
-/// Rows of the table of rough irradiances that scales the tolerance.
-const TABLE: usize = 12;
+/// The table of a map, and its brightest pixels.
+#[derive(Debug)]
+pub(super) struct IrradianceTable {
+    /// The angle between the map's rows.
+    step: f64,
+    /// Gauss's rule for a part of a hat.
+    rule: Rule,
+    groups: Vec<Group>,
+    hats: Vec<Hats>,
+    /// Nodes, the pads included.
+    columns: usize,
+    nodes: Vec<[f32; 3]>,
+    /// The largest error that the comparison found, of any channel, doubled.
+    error: f64,
+    /// The map without its bright pixels.
+    rest: Vec<[f64; 3]>,
+    /// (sin ψ, cos ψ) of its columns.
+    circle: Vec<(f64, f64)>,
+    /// The moments of the hats of its rows.
+    moments: Vec<(f64, f64, f64)>,
+}
 
-/// How much of its light times its size a straddling node can be wrong by, once its spread is modelled.
-const MODEL_ERROR: f64 = 0.1;
-
-impl IrradianceTree {
-    pub(super) fn new(map: &EnvironmentMap) -> Self {
+impl IrradianceTable {
+    /// The table of a map of at least 256 rows: coarser ones are to be refined first.
+    pub(super) fn new(map: &EnvironmentMap, parallelism: Parallelism) -> Result<Self> {
         let (width, height) = (map.width(), map.height());
         let step = PI / height as f64;
-        // ∫ Λ cos δ dδ over a hat of the width of a column.
-        let along = step * (0.5 * step).sin().powi(2) / (0.5 * step).powi(2);
-        let mut pixels = Vec::with_capacity(width * height);
-        for row in 0..height {
-            let (across, polar, plain) = hat_moments(row, height);
-            for column in 0..width {
-                let (sin, cos) = (step * (column as f64 + 0.5)).sin_cos();
-                let pixel = map.pixel(row, column);
-                let unit = DVec3::new(across * along * cos, across * along * sin, polar * step);
-                pixels.push((
-                    pixel.map(|value| unit * value),
-                    pixel.iter().sum::<f64>() * plain * step,
-                ));
-            }
-        }
-        let mut levels = Vec::new();
-        let mut widths = Vec::new();
-        let (mut columns, mut rows, mut block) = (width, height, 1usize);
-        let mut light = pixels;
-        loop {
-            let mut nodes = Vec::with_capacity(columns * rows);
-            for row in 0..rows {
-                // The hats reach one pixel beyond the block.
-                let top = ((block * row) as f64 - 0.5) * step;
-                let bottom = ((block * (row + 1)).min(height) as f64 + 0.5) * step;
-                let middle = 0.5 * (top + bottom);
-                let widest = if top < 0.5 * PI && bottom > 0.5 * PI {
-                    1.0
-                } else {
-                    top.sin().abs().max(bottom.sin().abs())
-                };
-                for column in 0..columns {
-                    let left = ((block * column) as f64 - 0.5) * step;
-                    let right = ((block * (column + 1)).min(width) as f64 + 0.5) * step;
-                    let (sin, cos) = (0.5 * (left + right)).sin_cos();
-                    let radius = (0.5 * (bottom - top))
-                        .hypot(0.5 * (right - left) * widest)
-                        .min(PI);
-                    let (vectors, mass) = light[row * columns + column];
-                    nodes.push(Node {
-                        axis: DVec3::new(middle.sin() * cos, middle.sin() * sin, middle.cos()),
-                        // A node of half a sphere or more straddles every horizon.
-                        sin: if radius < 0.5 * PI { radius.sin() } else { 2.0 },
-                        vectors,
-                        mass,
-                    });
-                }
-            }
-            levels.push(nodes);
-            widths.push(columns);
-            if columns == 1 && rows == 1 {
-                break;
-            }
-            let (wide, high) = (columns, rows);
-            (columns, rows, block) = (columns.div_ceil(2), rows.div_ceil(2), 2 * block);
-            let mut merged = vec![([DVec3::ZERO; 3], 0.0); columns * rows];
-            for row in 0..high {
-                for column in 0..wide {
-                    let (vectors, mass) = light[row * wide + column];
-                    let target = &mut merged[row / 2 * columns + column / 2];
-                    for (sum, vector) in target.0.iter_mut().zip(vectors) {
-                        *sum += vector;
-                    }
-                    target.1 += mass;
-                }
-            }
-            light = merged;
-        }
-        let mut tree = Self {
-            levels,
-            widths,
-            rough: Vec::new(),
-        };
-        let mass = tree.levels[tree.levels.len() - 1][0].mass;
-        tree.rough = (0..2 * TABLE * TABLE)
-            .map(|index| {
-                let theta = PI * (index / (2 * TABLE)) as f64 / (TABLE - 1) as f64;
-                let psi = PI * (index % (2 * TABLE)) as f64 / TABLE as f64;
-                let normal = DVec3::new(
-                    theta.sin() * psi.cos(),
-                    theta.sin() * psi.sin(),
-                    theta.cos(),
-                );
-                tree.walk(normal, 1e-3 * mass).0.iter().sum()
-            })
+        let moments: Vec<(f64, f64, f64)> =
+            (0..height).map(|row| hat_moments(row, height)).collect();
+        let mass =
+            |index: usize| map.pixels()[index].iter().sum::<f64>() * moments[index / width].2;
+        let total: f64 = (0..width * height).map(mass).sum();
+        let mut bright: Vec<usize> = (0..width * height)
+            // The hats of the first and the last row go round the poles; few lamps are there.
+            .filter(|&index| (1..height - 1).contains(&(index / width)))
+            .filter(|&index| mass(index) > SHARE * total)
             .collect();
-        tree
+        bright.sort_by(|&a, &b| mass(b).total_cmp(&mass(a)).then(a.cmp(&b)));
+        bright.truncate(BRIGHTEST);
+        // Neighbours on the map to neighbours in the list.
+        bright.sort_by_key(|&index| interleave(index / width, index % width));
+        let mut pixels = map.pixels().to_vec();
+        for &index in &bright {
+            pixels[index] = [0.0; 3];
+        }
+        let (groups, hats) = bright
+            .chunks(LANES)
+            .map(|indices| group(map, &moments, indices, LARGE_SHARE * total))
+            .unzip();
+        let maps = resample(&pixels, width, height);
+        let rows = maps.len() / 3;
+        let rows = ((rows / 2) as f64).sqrt() as usize;
+        let analysis = Transform::new(&Grid::fejer(rows, 2 * rows)?, DEGREE)?;
+        let synthesis = Transform::new(&Grid::fejer(ROWS, 2 * ROWS)?, DEGREE)?;
+        let count = analysis.coefficient_count();
+        let mut coefficients = vec![0.0; 3 * count];
+        let mut scratch = vec![0.0; analysis.scratch_len(3).max(synthesis.scratch_len(3))];
+        analysis.analyse_into(3, &maps, &mut coefficients, &mut scratch, parallelism)?;
+        let transfers = lambert::transfers(DEGREE);
+        for set in coefficients.chunks_exact_mut(count) {
+            let mut sorted = Coefficients::from_vec(DEGREE, DEGREE, set.to_vec())?;
+            for order in 0..=DEGREE {
+                let (cosine, sine) = sorted.pair_mut(order);
+                for column in [cosine, sine] {
+                    for (value, transfer) in column.iter_mut().zip(&transfers[order..]) {
+                        *value *= transfer;
+                    }
+                }
+            }
+            set.copy_from_slice(sorted.as_slice());
+        }
+        let mut table = vec![0.0; 3 * 2 * ROWS * ROWS];
+        synthesis.synthesise_into(3, &coefficients, &mut table, &mut scratch, parallelism)?;
+        let (columns, count) = (2 * ROWS, 2 * ROWS * ROWS);
+        let mut nodes = Vec::with_capacity((ROWS + 2 * PAD) * (columns + 2 * PAD));
+        for row in 0..ROWS + 2 * PAD {
+            // Beyond a pole: the same row half a turn round.
+            let (row, turn) = if row < PAD {
+                (PAD - 1 - row, columns / 2)
+            } else if row >= ROWS + PAD {
+                (2 * ROWS + PAD - 1 - row, columns / 2)
+            } else {
+                (row - PAD, 0)
+            };
+            for column in 0..columns + 2 * PAD {
+                let at = row * columns + (column + columns - PAD + turn) % columns;
+                nodes.push(std::array::from_fn(|channel| {
+                    table[channel * count + at] as f32
+                }));
+            }
+        }
+        let mut made = Self {
+            step,
+            rule: Rule::gauss_legendre(6)?,
+            groups,
+            hats,
+            columns: columns + 2 * PAD,
+            nodes,
+            error: 0.0,
+            rest: pixels,
+            circle: (0..width)
+                .map(|column| (step * (column as f64 + 0.5)).sin_cos())
+                .collect(),
+            moments,
+        };
+        let errors = parallelism.map(CHECKED, |index| {
+            // Even in height, turned by the golden angle.
+            let height = 1.0 - 2.0 * (index as f64 + 0.5) / CHECKED as f64;
+            let (sin, cos) = (2.399_963 * index as f64).sin_cos();
+            let across = (1.0 - height * height).sqrt();
+            let normal = DVec3::new(across * cos, across * sin, height);
+            let want = made.sum_of_rest(normal);
+            let got = made.look_up(normal);
+            (0..3)
+                .map(|channel| (got[channel] - want[channel]).abs())
+                .fold(0.0, f64::max)
+        });
+        made.error = 2.0 * errors.into_iter().fold(0.0, f64::max);
+        Ok(made)
     }
 
-    /// The irradiance ∫ max(n·ω, 0) L dω of each channel at a normal of the world, and the error to expect, relative to
-    /// the mean of the channels.
-    pub(super) fn irradiance(&self, normal: DVec3, tolerance: f64) -> ([f64; 3], f64) {
+    /// The irradiance ∫ max(n·ω, 0) L dω of each channel at a normal of the world, and the estimated error of any channel.
+    ///
+    /// Where the table is not good for `tolerance`, relative to the mean of the channels and no less than `floor`, every pixel is
+    /// summed: a thousand times slower, for normals that see next to nothing of light that others see.
+    pub(super) fn irradiance(&self, normal: DVec3, tolerance: f64, floor: f64) -> ([f64; 3], f64) {
         let normal = to_map(normal);
-        let rough = self.rough(normal);
-        let (mut value, mut error) = self.walk(normal, 0.1 * tolerance * rough);
-        let mut sum: f64 = value.iter().sum();
-        if sum < 0.5 * rough {
-            // Darker than the table knows.
-            (value, error) = self.walk(normal, 0.05 * tolerance * sum.max(1e-3 * rough));
-            sum = value.iter().sum();
+        let bright = self.sum_of_bright(normal);
+        let add = |rest: [f64; 3]| std::array::from_fn(|channel| bright[channel] + rest[channel]);
+        let value: [f64; 3] = add(self.look_up(normal));
+        if self.error <= tolerance * floor.max(value.iter().sum::<f64>() / 3.0) {
+            return (value, self.error);
         }
-        (value, if sum > 0.0 { error / sum } else { 0.0 })
+        let value = add(self.sum_of_rest(normal));
+        (value, SUM_ERROR * value.iter().sum::<f64>() / 3.0)
     }
 
-    /// The smallest irradiance of the table about a normal, summed over the channels.
-    fn rough(&self, normal: DVec3) -> f64 {
-        let theta = normal.z.clamp(-1.0, 1.0).acos() / PI * (TABLE - 1) as f64;
-        let psi = normal.y.atan2(normal.x).rem_euclid(TAU) / PI * TABLE as f64;
-        let (row, column) = ((theta as usize).min(TABLE - 2), psi as usize);
-        let at = |row: usize, column: usize| self.rough[row * 2 * TABLE + column % (2 * TABLE)];
-        at(row, column)
-            .min(at(row, column + 1))
-            .min(at(row + 1, column))
-            .min(at(row + 1, column + 1))
-    }
-
-    /// The irradiance with every straddling node opened whose error could pass `allowed`, and the error that is left.
-    fn walk(&self, normal: DVec3, allowed: f64) -> ([f64; 3], f64) {
-        let mut sums = [0.0; 3];
-        let mut squares = 0.0;
-        let mut stack = [(0u8, 0u32); 64];
-        stack[0] = ((self.levels.len() - 1) as u8, 0);
-        let mut waiting = 1;
-        while waiting > 0 {
-            waiting -= 1;
-            let (level, index) = stack[waiting];
-            let (level, index) = (usize::from(level), index as usize);
-            let node = &self.levels[level][index];
-            let height = normal.dot(node.axis);
-            if height <= -node.sin {
-                continue;
-            }
-            if height >= node.sin {
-                for (sum, vector) in sums.iter_mut().zip(&node.vectors) {
-                    *sum += normal.dot(*vector);
+    /// What the bright pixels give.
+    fn sum_of_bright(&self, normal: DVec3) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (group, hats) in self.groups.iter().zip(&self.hats) {
+            let height = normal.dot(group.axis);
+            if height >= group.sin {
+                for channel in 0..3 {
+                    sum[channel] += normal.dot(group.vectors[channel]);
                 }
-                continue;
-            }
-            let error = MODEL_ERROR * node.mass * node.sin;
-            if level == 0 && error > allowed {
-                // A bright pixel on the horizon: its hat point by point.
-                let parts = (2.0 * (error / allowed).sqrt()).clamp(2.0, 256.0) as usize;
-                let share = self.hat_above(normal, index, parts);
-                for (sum, vector) in sums.iter_mut().zip(&node.vectors) {
-                    *sum += share * vector.length();
-                }
-                squares += (error / (parts * parts) as f64).powi(2);
-                continue;
-            }
-            if error <= allowed {
-                for (sum, vector) in sums.iter_mut().zip(&node.vectors) {
-                    *sum += straddling(normal.dot(*vector), vector.length(), node.sin.min(1.0));
-                }
-                squares += error * error;
-                continue;
-            }
-            let (columns, wide) = (self.widths[level], self.widths[level - 1]);
-            let high = self.levels[level - 1].len() / wide;
-            let (row, column) = (2 * (index / columns), 2 * (index % columns));
-            for row in row..(row + 2).min(high) {
-                for column in column..(column + 2).min(wide) {
-                    stack[waiting] = ((level - 1) as u8, (row * wide + column) as u32);
-                    waiting += 1;
+            } else if height > -group.sin {
+                for lane in 0..LANES {
+                    let vector = DVec3::new(hats.x[lane], hats.y[lane], hats.z[lane]);
+                    let height = if !hats.large[lane] {
+                        self.height(normal, vector, hats.near[lane], hats.place[lane])
+                    } else if normal.dot(vector).abs() < hats.near[lane] {
+                        self.cut(normal, hats.place[lane])
+                    } else {
+                        normal.dot(vector).max(0.0)
+                    };
+                    for channel in 0..3 {
+                        sum[channel] += height * hats.light[channel][lane];
+                    }
                 }
             }
         }
-        (sums, squares.sqrt())
+        sum
+    }
+
+    /// What the other pixels give, one by one.
+    fn sum_of_rest(&self, normal: DVec3) -> [f64; 3] {
+        let along = along(self.step);
+        let mut sum = [0.0; 3];
+        for (row, &(across, polar, _)) in self.moments.iter().enumerate() {
+            let pixels = &self.rest[row * self.circle.len()..];
+            let near = 2.1 * self.step * (across * along).hypot(polar * self.step);
+            for (column, (&(sin, cos), pixel)) in self.circle.iter().zip(pixels).enumerate() {
+                let vector = DVec3::new(
+                    across * along * cos,
+                    across * along * sin,
+                    polar * self.step,
+                );
+                let height = normal.dot(vector);
+                if height > -near {
+                    let place = (row as u32, column as u32);
+                    let height = self.height(normal, vector, near, place);
+                    for channel in 0..3 {
+                        sum[channel] += height * pixel[channel];
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    /// ∫ max(n·ω, 0) over a hat with the vector ∫ ω dω.
+    fn height(&self, normal: DVec3, vector: DVec3, near: f64, place: (u32, u32)) -> f64 {
+        let height = normal.dot(vector);
+        if height.abs() < near {
+            self.straddling(normal, vector, place)
+        } else {
+            height.max(0.0)
+        }
+    }
+
+    /// ∫ max(n·ω, 0) over a hat that the horizon may cut, on lines along which the height changes most.
+    fn cut(&self, normal: DVec3, (row, column): (u32, u32)) -> f64 {
+        let middle = self.step * (f64::from(row) + 0.5);
+        let psi = self.step * (f64::from(column) + 0.5);
+        let (sin, cos) = middle.sin_cos();
+        let (sin_psi, cos_psi) = psi.sin_cos();
+        let down = normal.dot(DVec3::new(cos * cos_psi, cos * sin_psi, -sin));
+        let along = sin * normal.dot(DVec3::new(-sin_psi, cos_psi, 0.0));
+        let swap = along.abs() > down.abs();
+        // The height at a place of the hat, and the sine that goes with it.
+        let height = |offset: f64, t: f64| {
+            let (u, v) = if swap { (offset, t) } else { (t, offset) };
+            let (sin, cos) = (middle + u * self.step).sin_cos();
+            let (sin_psi, cos_psi) = (psi + v * self.step).sin_cos();
+            let height = normal.dot(DVec3::new(sin * cos_psi, sin * sin_psi, cos));
+            (height, sin)
+        };
+        let mut sum = 0.0;
+        for (offset, weight) in halves(&self.rule, -1.0, 1.0) {
+            let (mut low, mut high) = (-1.0, 1.0);
+            let (start, end) = (height(offset, low).0, height(offset, high).0);
+            if start <= 0.0 && end <= 0.0 {
+                continue;
+            }
+            if start < 0.0 || end < 0.0 {
+                // All but linear: a few steps of regula falsi.
+                let (mut a, mut b, mut ya, mut yb) = (low, high, start, end);
+                let mut root = 0.0;
+                for _ in 0..4 {
+                    root = a - ya * (b - a) / (yb - ya);
+                    let y = height(offset, root).0;
+                    if (y < 0.0) == (ya < 0.0) {
+                        (a, ya) = (root, y);
+                    } else {
+                        (b, yb) = (root, y);
+                    }
+                }
+                if start < 0.0 {
+                    low = root;
+                } else {
+                    high = root;
+                }
+            }
+            for (t, inner) in halves(&self.rule, low, high) {
+                let (height, sin) = height(offset, t);
+                sum += weight * (1.0 - offset.abs()) * inner * (1.0 - t.abs()) * sin * height;
+            }
+        }
+        sum * self.step * self.step
+    }
+
+    /// ∫ max(n·ω, 0) over a hat at the horizon: its heights are those of a sum of two triangular distributions.
+    fn straddling(&self, normal: DVec3, vector: DVec3, (row, column): (u32, u32)) -> f64 {
+        let mass = vector.length();
+        let height = normal.dot(vector) / mass;
+        let (sin, cos) = (self.step * (f64::from(row) + 0.5)).sin_cos();
+        let (sin_psi, cos_psi) = (self.step * (f64::from(column) + 0.5)).sin_cos();
+        let down = DVec3::new(cos * cos_psi, cos * sin_psi, -sin);
+        let along = DVec3::new(-sin_psi, cos_psi, 0.0);
+        let a = self.step * normal.dot(down).abs();
+        let b = self.step * sin * normal.dot(along).abs();
+        let (wide, slim) = (a.max(b), a.min(b));
+        if height.abs() >= wide + slim {
+            return mass * height.max(0.0);
+        }
+        // E max(y + T, 0) for T triangular on [−1, 1].
+        let mean = |y: f64| y.max(0.0) + (1.0 - y.abs()).max(0.0).powi(3) / 6.0;
+        // Gauss's rule with four nodes on [0, 1].
+        let nodes = [
+            (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+            (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+            (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+            (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+        ];
+        let sum: f64 = nodes
+            .iter()
+            .map(|&(t, weight)| {
+                weight
+                    * (1.0 - t)
+                    * (mean((height + slim * t) / wide) + mean((height - slim * t) / wide))
+            })
+            .sum();
+        mass * wide * sum
+    }
+
+    /// The table's value, interpolated.
+    fn look_up(&self, normal: DVec3) -> [f64; 3] {
+        let scale = ROWS as f64 / PI;
+        let row = normal.x.hypot(normal.y).atan2(normal.z) * scale - 0.5;
+        let column = normal.y.atan2(normal.x).rem_euclid(TAU) * scale - 0.5;
+        let (top, left) = (row.floor(), column.floor());
+        let (down, across) = (lagrange(row - top), lagrange(column - left));
+        // The first tap is two before the floor; the pads begin three before the first node.
+        let first_row = (top as isize + 1).clamp(0, ROWS as isize) as usize;
+        let first_column = (left as isize + 1).clamp(0, (2 * ROWS) as isize) as usize;
+        let mut sum = [0.0; 3];
+        for (tap, weight) in down.into_iter().enumerate() {
+            let start = (first_row + tap) * self.columns + first_column;
+            let mut line = [0.0; 3];
+            for (node, weight) in self.nodes[start..start + TAPS].iter().zip(across) {
+                for channel in 0..3 {
+                    line[channel] += weight * f64::from(node[channel]);
+                }
+            }
+            for channel in 0..3 {
+                sum[channel] += weight * line[channel];
+            }
+        }
+        sum
     }
 }
 
-impl IrradianceTree {
-    /// ∫ max(n·ω, 0) over a pixel's hat, relative to the length of ∫ ω: a midpoint rule of `parts` points a quarter, each way.
-    fn hat_above(&self, normal: DVec3, index: usize, parts: usize) -> f64 {
-        let width = self.widths[0];
-        let step = TAU / width as f64;
-        let offset = |point: usize| (point as f64 + 0.5) / parts as f64 - 1.0;
-        let (mut above, mut all) = (0.0, DVec3::ZERO);
-        for down in 0..2 * parts {
-            let theta = ((index / width) as f64 + 0.5 + offset(down)) * step;
-            let (sin, cos) = theta.sin_cos();
-            let row = (1.0 - offset(down).abs()) * sin.abs();
-            for right in 0..2 * parts {
-                let psi = ((index % width) as f64 + 0.5 + offset(right)) * step;
-                let light = DVec3::new(sin * psi.cos(), sin * psi.sin(), cos);
-                let weight = row * (1.0 - offset(right).abs());
-                above += weight * normal.dot(light).max(0.0);
-                all += weight * light;
-            }
+/// Up to [`LANES`] pixels as a group; what of them is above `large` is cut exactly.
+fn group(
+    map: &EnvironmentMap,
+    moments: &[(f64, f64, f64)],
+    indices: &[usize],
+    large: f64,
+) -> (Group, Hats) {
+    let (width, step) = (map.width(), PI / map.height() as f64);
+    let along = along(step);
+    let mut hats = Hats {
+        x: [0.0; LANES],
+        y: [0.0; LANES],
+        z: [0.0; LANES],
+        near: [0.0; LANES],
+        light: [[0.0; LANES]; 3],
+        place: [(0, 0); LANES],
+        large: [false; LANES],
+    };
+    let mut vectors = [DVec3::ZERO; 3];
+    let mut directions = [DVec3::ZERO; LANES];
+    for (lane, &index) in indices.iter().enumerate() {
+        let (row, column) = (index / width, index % width);
+        let (sin, cos) = (step * (column as f64 + 0.5)).sin_cos();
+        let (across, polar, _) = moments[row];
+        let vector = DVec3::new(across * along * cos, across * along * sin, polar * step);
+        directions[lane] = vector.normalize();
+        (hats.x[lane], hats.y[lane], hats.z[lane]) = vector.into();
+        hats.near[lane] = 2.1 * step * vector.length();
+        let pixel = map.pixels()[index];
+        for channel in 0..3 {
+            hats.light[channel][lane] = pixel[channel];
+            vectors[channel] += pixel[channel] * vector;
         }
-        above / all.length()
+        hats.place[lane] = (row as u32, column as u32);
+        hats.large[lane] = pixel.iter().sum::<f64>() * moments[row].2 > large;
     }
+    let directions = &directions[..indices.len()];
+    let axis = directions.iter().sum::<DVec3>().normalize_or(DVec3::Z);
+    let radius = directions
+        .iter()
+        .map(|direction| direction.angle_between(axis))
+        .fold(0.0, f64::max)
+        + 2.1 * step;
+    let sin = if radius < 1.5 { radius.sin() } else { 2.0 };
+    (Group { axis, sin, vectors }, hats)
 }
 
-/// ∫ max(h, 0) for light of strength `mass` whose heights are spread evenly about their mean, within 0.6 of the size of the node.
-fn straddling(moment: f64, mass: f64, size: f64) -> f64 {
-    let spread = 0.6 * size * mass;
-    if moment >= spread {
-        moment
-    } else if moment <= -spread {
-        0.0
-    } else {
-        (moment + spread) * (moment + spread) / (4.0 * spread)
-    }
+/// Gauss's nodes on [low, high], cut at 0, where a hat has its kink.
+fn halves(rule: &Rule, low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+    let pieces = [(low.min(0.0), high.min(0.0)), (low.max(0.0), high.max(0.0))];
+    pieces.into_iter().flat_map(move |(from, to)| {
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        rule.nodes
+            .iter()
+            .zip(&rule.weights)
+            .filter(move |_| half > 0.0)
+            .map(move |(node, weight)| (middle + half * node, half * weight))
+    })
+}
+
+/// ∫ Λ cos δ dδ over a hat of the width of a column.
+fn along(step: f64) -> f64 {
+    step * (0.5 * step).sin().powi(2) / (0.5 * step).powi(2)
+}
+
+/// The bits of both numbers by turns, which is about the same for neighbours.
+fn interleave(row: usize, column: usize) -> usize {
+    (0..16)
+        .map(|bit| ((row >> bit & 1) << (2 * bit + 1)) | ((column >> bit & 1) << (2 * bit)))
+        .sum()
 }
 
 /// ∫ Λ_r sin²θ, ∫ Λ_r sin θ cos θ and ∫ Λ_r sin θ over θ for the hat of a row of the map.
@@ -271,4 +484,87 @@ fn hat_moments(row: usize, height: usize) -> (f64, f64, f64) {
         }
     }
     sums
+}
+
+/// Lagrange's polynomials over −2 … 3 at x.
+#[inline(always)]
+fn lagrange(x: f64) -> [f64; TAPS] {
+    let d: [f64; TAPS] = std::array::from_fn(|index| x - (index as f64 - 2.0));
+    const BELOW: [f64; TAPS] = [-120.0, 24.0, -12.0, 12.0, -24.0, 120.0];
+    let (low, high) = (d[0] * d[1], d[4] * d[5]);
+    let middle = d[2] * d[3];
+    [
+        d[1] * middle * high / BELOW[0],
+        d[0] * middle * high / BELOW[1],
+        low * d[3] * high / BELOW[2],
+        low * d[2] * high / BELOW[3],
+        low * middle * d[5] / BELOW[4],
+        low * middle * d[4] / BELOW[5],
+    ]
+}
+
+/// The function of the map on twice its rows, or on as many if those are more than [`FINE`]: channel after channel.
+fn resample(pixels: &[[f64; 3]], width: usize, height: usize) -> Vec<f64> {
+    let rows = if height > FINE { height } else { 2 * height };
+    let columns = 2 * rows;
+    let scale = height as f64 / rows as f64;
+    let place = |index: usize| {
+        let at = (index as f64 + 0.5) * scale - 0.5;
+        (at.floor(), at - at.floor())
+    };
+    let across: Vec<(usize, usize, f64)> = (0..columns)
+        .map(|column| {
+            let (left, fraction) = place(column);
+            let left = left.rem_euclid(width as f64) as usize % width;
+            (left, (left + 1) % width, fraction)
+        })
+        .collect();
+    let mut maps = vec![0.0; 3 * rows * columns];
+    let (red, rest) = maps.split_at_mut(rows * columns);
+    let (green, blue) = rest.split_at_mut(rows * columns);
+    let mut line = vec![[0.0; 3]; width];
+    for row in 0..rows {
+        let (top, fraction) = place(row);
+        let fold = |index: f64| {
+            if index < 0.0 {
+                (0, width / 2)
+            } else if index >= height as f64 {
+                (height - 1, width / 2)
+            } else {
+                (index as usize, 0)
+            }
+        };
+        let ((above, above_turn), (below, below_turn)) = (fold(top), fold(top + 1.0));
+        for (column, value) in line.iter_mut().enumerate() {
+            let a = pixels[above * width + (column + above_turn) % width];
+            let b = pixels[below * width + (column + below_turn) % width];
+            *value = std::array::from_fn(|channel| {
+                a[channel] * (1.0 - fraction) + b[channel] * fraction
+            });
+        }
+        for (column, &(left, right, fraction)) in across.iter().enumerate() {
+            let (a, b) = (line[left], line[right]);
+            let at = row * columns + column;
+            red[at] = a[0] + fraction * (b[0] - a[0]);
+            green[at] = a[1] + fraction * (b[1] - a[1]);
+            blue[at] = a[2] + fraction * (b[2] - a[2]);
+        }
+    }
+    maps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lagrange_reproduces_a_polynomial() {
+        let weights = lagrange(0.3);
+        let sum: f64 = weights
+            .iter()
+            .enumerate()
+            .map(|(index, weight)| weight * (index as f64 - 2.0).powi(5))
+            .sum();
+        assert!((sum - 0.3f64.powi(5)).abs() < 1e-13);
+    }
 }

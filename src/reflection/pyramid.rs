@@ -12,13 +12,12 @@ use fearless_simd::{Level as SimdLevel, dispatch, f32x8, f64x8, prelude::*};
 use super::kernel::{LobeAt, Part, RowLobe};
 use super::region::Region;
 use crate::Parallelism;
-use crate::illumination::EnvironmentMap;
 use crate::sphere::Rule;
 
 /// Nodes of the interpolation, each way.
 const TAPS: usize = 10;
 
-/// The rows of the levels: steps of 4/3 or 3/2. The finest resolves a quarter of a pixel.
+/// The rows of the levels: steps of 4/3 or 3/2. The finest resolves a third of a pixel.
 const ROWS: [usize; 13] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
 
 /// A circle of equally spaced columns.
@@ -63,25 +62,28 @@ pub(super) struct Pyramid {
 }
 
 impl Pyramid {
-    pub(super) fn new(map: &EnvironmentMap, simd: SimdLevel, parallelism: Parallelism) -> Self {
+    pub(super) fn new(
+        pixels: &[[f64; 3]],
+        width: usize,
+        height: usize,
+        simd: SimdLevel,
+        parallelism: Parallelism,
+    ) -> Self {
         let rows: Vec<usize> = ROWS
             .into_iter()
-            .filter(|&rows| rows <= (4 * map.height()).max(512))
+            .filter(|&rows| rows <= (3 * height).max(512))
             .collect();
         let finest = rows[rows.len() - 1];
         let counts = column_counts(2 * finest + 2 * TAPS);
-        let columns = parallelism.map(counts.len(), |index| {
-            Columns::new(counts[index], map.width())
-        });
-        let channels: [Vec<f64>; 3] = std::array::from_fn(|channel| {
-            map.pixels().iter().map(|pixel| pixel[channel]).collect()
-        });
+        let columns = parallelism.map(counts.len(), |index| Columns::new(counts[index], width));
+        // A fourth channel of nothing, so that a pixel fills a register.
+        let pixels: Vec<[f64; 4]> = pixels.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
         // The finest takes longest: first.
         let mut levels = parallelism.map(rows.len(), |index| {
             let rows = rows[rows.len() - 1 - index];
             dispatch!(simd, simd => {
                 let _ = simd;
-                Level::new(rows, &channels, map.width(), map.height(), &columns)
+                Level::new(rows, &pixels, width, height, &columns)
             })
         });
         levels.reverse();
@@ -154,7 +156,7 @@ impl Level {
     #[inline(always)]
     fn new(
         count: usize,
-        channels: &[Vec<f64>; 3],
+        pixels: &[[f64; 4]],
         width: usize,
         height: usize,
         columns: &[Columns],
@@ -169,7 +171,7 @@ impl Level {
             .max()
             .unwrap_or(0)
             + width;
-        let mut line = vec![0.0; width + 2 * padding];
+        let mut line = vec![[0.0; 4]; width + 2 * padding];
         for (index, weights) in weights.iter().enumerate() {
             let (sin, cos) = (PI * (index as f64 + 0.5) / count as f64).sin_cos();
             // As dense along the row as across, and a few more, for the interpolation round the poles.
@@ -179,28 +181,28 @@ impl Level {
                 .position(|columns| columns.cos.len() as f64 >= wanted)
                 .unwrap_or(columns.len() - 1);
             let columns = &columns[chosen];
-            for (channel, moments) in channels.iter().zip(&mut moments) {
-                let (before, rest) = line.split_at_mut(padding);
-                let (middle, after) = rest.split_at_mut(width);
-                middle.fill(0.0);
-                for &(row, turned, weight) in weights {
-                    let row = &channel[row * width..(row + 1) * width];
-                    let turn = if turned { width / 2 } else { 0 };
-                    for (sum, value) in middle
-                        .iter_mut()
-                        .zip(row[turn..].iter().chain(&row[..turn]))
-                    {
-                        *sum += weight * value;
+            let (before, rest) = line.split_at_mut(padding);
+            let (middle, after) = rest.split_at_mut(width);
+            middle.fill([0.0; 4]);
+            for &(row, turned, weight) in weights {
+                let row = &pixels[row * width..(row + 1) * width];
+                let turn = if turned { width / 2 } else { 0 };
+                for (sum, value) in middle
+                    .iter_mut()
+                    .zip(row[turn..].iter().chain(&row[..turn]))
+                {
+                    for channel in 0..4 {
+                        sum[channel] += weight * value[channel];
                     }
                 }
-                for (index, value) in before.iter_mut().rev().enumerate() {
-                    *value = middle[width - 1 - index % width];
-                }
-                for (index, value) in after.iter_mut().enumerate() {
-                    *value = middle[index % width];
-                }
-                columns.gather(&line, padding, moments);
             }
+            for (index, value) in before.iter_mut().rev().enumerate() {
+                *value = middle[width - 1 - index % width];
+            }
+            for (index, value) in after.iter_mut().enumerate() {
+                *value = middle[index % width];
+            }
+            columns.gather(&line, padding, &mut moments);
             rows.push(Row {
                 sin,
                 cos,
@@ -270,17 +272,20 @@ impl Columns {
 
     /// The moments along a row of the map that is continued by `padding` pixels on both sides.
     #[inline(always)]
-    fn gather(&self, line: &[f64], padding: usize, moments: &mut Vec<f32>) {
+    fn gather(&self, line: &[[f64; 4]], padding: usize, moments: &mut [Vec<f32>; 3]) {
         for repeat in 0..self.cos.len() / self.period {
             let origin = padding + repeat * self.shift;
             for (&first, weights) in self.first.iter().zip(self.weights.chunks_exact(self.taps)) {
                 let start = origin.wrapping_add_signed(first);
-                let sum: f64 = weights
-                    .iter()
-                    .zip(&line[start..start + self.taps])
-                    .map(|(weight, value)| weight * value)
-                    .sum();
-                moments.push(sum as f32);
+                let mut sum = [0.0; 4];
+                for (weight, value) in weights.iter().zip(&line[start..start + self.taps]) {
+                    for channel in 0..4 {
+                        sum[channel] += weight * value[channel];
+                    }
+                }
+                for channel in 0..3 {
+                    moments[channel].push(sum[channel] as f32);
+                }
             }
         }
     }

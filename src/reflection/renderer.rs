@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::cells::Cells;
 use super::image::check_size;
-use super::irradiance::IrradianceTree;
+use super::irradiance::IrradianceTable;
 use super::kernel::{LobeAt, Part, factor, to_map};
 use super::pyramid::Pyramid;
 use super::region::Region;
@@ -58,7 +58,7 @@ pub struct Renderer {
     map: EnvironmentMap,
     pyramid: Pyramid,
     cells: Cells,
-    irradiance: IrradianceTree,
+    irradiance: IrradianceTable,
     /// The directions, in the map's frame, of the pixels that hold more than a share of all light.
     bright: Vec<DVec3>,
     simd: SimdLevel,
@@ -137,6 +137,8 @@ struct Effort {
     cut: f64,
     /// The error that the jump may make.
     cut_error: f64,
+    /// The error of an irradiance.
+    irradiance: f64,
 }
 
 impl Effort {
@@ -148,6 +150,7 @@ impl Effort {
             part: (3.2 - 0.4 * digits).max(1.0),
             cut: 0.05 * tolerance,
             cut_error: tolerance,
+            irradiance: 0.1 * tolerance,
         }
     }
 }
@@ -166,11 +169,16 @@ impl Renderer {
             )));
         }
         let simd = vectors::level();
+        // The same function on an odd number of times the pixels: what is bilinear stays so.
+        let times = (1..)
+            .step_by(2)
+            .find(|times| times * map.height() >= FEWEST_ROWS);
+        let refined = refined(map, times.unwrap_or(1))?;
         Ok(Self {
             map: map.clone(),
-            pyramid: Pyramid::new(map, simd, parallelism),
+            pyramid: Pyramid::new(map.pixels(), map.width(), map.height(), simd, parallelism),
             cells: Cells::new(map),
-            irradiance: IrradianceTree::new(map),
+            irradiance: IrradianceTable::new(&refined, parallelism)?,
             bright: bright(map),
             simd,
         })
@@ -321,13 +329,19 @@ impl Renderer {
         let chosen: Vec<usize> = (stride / 2..sights.len()).step_by(stride).collect();
         let some: Vec<Sight> = chosen.iter().map(|&index| sights[index]).collect();
         let better = self.list(material, specular, &some, 0.1 * effort, parallelism);
+        let matte = material.diffuse().into_iter().fold(0.0, f64::max) / PI;
         let worst = chosen
             .iter()
             .zip(&better)
             .map(|(&index, better)| {
                 let difference = (0..3)
                     .map(|channel| (values[index][channel] - better[channel]).abs())
-                    .fold(0.0, f64::max);
+                    .fold(0.0, f64::max)
+                    + matte
+                        * self
+                            .irradiance
+                            .irradiance(sights[index].normal, 0.1 * effort)
+                            .1;
                 let scale = mean(better).max(FLOOR * picture);
                 if difference == 0.0 {
                     0.0
@@ -352,7 +366,7 @@ impl Renderer {
         let effort = Effort::for_tolerance(tolerance);
         let blocks = parallelism.map(sights.len().div_ceil(BLOCK), |block| {
             let sights = &sights[block * BLOCK..((block + 1) * BLOCK).min(sights.len())];
-            dispatch!(self.simd, simd => self.block(simd, material, specular, sights, tolerance, effort))
+            dispatch!(self.simd, simd => self.block(simd, material, specular, sights, effort))
         });
         blocks.concat()
     }
@@ -364,7 +378,6 @@ impl Renderer {
         material: &Material,
         lobe: Option<&Specular>,
         sights: &[Sight],
-        tolerance: f64,
         effort: Effort,
     ) -> Vec<[f64; 3]> {
         let (diffuse, specular) = (material.diffuse(), material.specular());
@@ -375,9 +388,9 @@ impl Renderer {
             let mut sum = [0.0; 3];
             if cosine > 0.0 {
                 if diffuse != [0.0; 3] {
-                    let (irradiance, _) = self
-                        .irradiance
-                        .irradiance(sight.normal, tolerance.max(LEAST_TOLERANCE));
+                    let (irradiance, _) =
+                        self.irradiance
+                            .irradiance(sight.normal, effort.irradiance, 0.0);
                     for channel in 0..3 {
                         sum[channel] += diffuse[channel] / PI * irradiance[channel];
                     }
@@ -530,6 +543,22 @@ fn widest(reach: f64, cosine: f64, tilt: f64) -> f64 {
         0.0
     };
     2.0 * sin * (a + b * turn) * (1.0 - turn * turn).max(0.0).sqrt() * 1.001 + 1e-9
+}
+
+/// Coarser maps are refined for the table of irradiances.
+const FEWEST_ROWS: usize = 256;
+
+/// The function of a map on `times` as many rows and columns, an odd number.
+fn refined(map: &EnvironmentMap, times: usize) -> Result<EnvironmentMap> {
+    if times == 1 {
+        return Ok(map.clone());
+    }
+    let (width, height) = (times * map.width(), times * map.height());
+    let blank = EnvironmentMap::new(map.name(), width, height, vec![[1.0; 3]; width * height])?;
+    let pixels = (0..width * height)
+        .map(|index| map.radiance(blank.direction(index / width, index % width)))
+        .collect();
+    EnvironmentMap::new(map.name(), width, height, pixels)
 }
 
 /// A pixel is bright if it holds more than this share of all light.
