@@ -267,8 +267,10 @@ impl<'a> Integral<'a> {
         }
         edges.sort_by(f64::total_cmp);
         let density = allowed / (end - start);
+        let row = Row::at(self.map, theta);
         for pair in edges.windows(2) {
             let middle = 0.5 * (pair[0] + pair[1]);
+            let (origin, left, right) = row.between(middle);
             let apart = (middle - self.horizon.azimuth + PI).rem_euclid(TAU) - PI;
             if pair[1] > pair[0] && apart.abs() < above {
                 total.add(&adaptive(pair[0], pair[1], density, &|azimuth| {
@@ -277,13 +279,70 @@ impl<'a> Integral<'a> {
                     let value = if weight == 0.0 {
                         [0.0; 3]
                     } else {
-                        self.map.radiance(light).map(|value| value * weight)
+                        let fraction = (azimuth - origin) / step;
+                        std::array::from_fn(|channel| {
+                            weight * (left[channel] + fraction * (right[channel] - left[channel]))
+                        })
                     };
                     Sum { value, error: 0.0 }
                 }));
             }
         }
         total
+    }
+}
+
+/// A map along a circle of latitude: [`EnvironmentMap::radiance`] without its search for the pixels about a direction, which would
+/// be most of the time.
+struct Row<'a> {
+    map: &'a EnvironmentMap,
+    /// The rows on either side, and by how many columns they are turned.
+    above: (usize, usize),
+    below: (usize, usize),
+    fraction: f64,
+}
+
+impl<'a> Row<'a> {
+    fn at(map: &'a EnvironmentMap, theta: f64) -> Self {
+        let (height, half_turn) = (map.height(), map.width() / 2);
+        let place = theta * height as f64 / PI - 0.5;
+        // Beyond a pole, the same row half a turn round.
+        let fold = |row: f64| {
+            if row < 0.0 {
+                (0, half_turn)
+            } else if row >= height as f64 {
+                (height - 1, half_turn)
+            } else {
+                (row as usize, 0)
+            }
+        };
+        Self {
+            map,
+            above: fold(place.floor()),
+            below: fold(place.floor() + 1.0),
+            fraction: place - place.floor(),
+        }
+    }
+
+    /// The centre of the pixel to the left of an azimuth, and what the circle sees there and one pixel on.
+    fn between(&self, azimuth: f64) -> (f64, [f64; 3], [f64; 3]) {
+        let width = self.map.width();
+        let step = TAU / width as f64;
+        let left = (azimuth / step - 0.5).floor();
+        // Azimuth 0 is the centre column.
+        let column = (left + (width / 2) as f64).rem_euclid(width as f64) as usize % width;
+        let value = |column: usize| {
+            let above = self
+                .map
+                .pixel(self.above.0, (column + self.above.1) % width);
+            let below = self
+                .map
+                .pixel(self.below.0, (column + self.below.1) % width);
+            std::array::from_fn(|channel| {
+                above[channel] + self.fraction * (below[channel] - above[channel])
+            })
+        };
+        ((left + 0.5) * step, value(column), value(column + 1))
     }
 }
 
