@@ -62,13 +62,20 @@ fn a_set_that_was_killed_is_finished_with_the_same_bytes() {
     let output = run(&set, &whole);
     assert!(output.status.success(), "{output:?}");
     let expected = files(&whole);
-    assert_eq!(expected.len(), 2 * 8 * 2 + 1);
+    assert_eq!(expected.len(), 2 * 8 * 2 + 2);
     assert_eq!(
         String::from_utf8_lossy(&expected["index.jsonl"])
             .lines()
             .count(),
         32
     );
+    let errors = String::from_utf8_lossy(&expected["errors.jsonl"]).into_owned();
+    for line in errors.lines() {
+        let line: serde_json::Value = serde_json::from_str(line).unwrap();
+        assert!(expected.contains_key(line["file"].as_str().unwrap()));
+        assert!(line["error"].as_f64().unwrap() <= 1e-2);
+    }
+    assert_eq!(errors.lines().count(), 32);
 
     let mut child = command(&set, &broken)
         .stdout(Stdio::null())
@@ -95,13 +102,16 @@ fn a_set_that_was_killed_is_finished_with_the_same_bytes() {
     );
     // Whatever has its name is whole.
     for (name, bytes) in files(&broken) {
-        if !name.contains("-partial") {
+        if !name.contains("-partial") && name != "errors.jsonl" {
             assert_eq!(bytes, expected[&name], "{name}");
         }
     }
     // What a kill in the middle of a file leaves.
     let aside = broken.join("pmndrs-dawn/.copper-metal-000.exr-1-partial");
     fs::write(aside, b"half").unwrap();
+    let mut errors = fs::read(broken.join("errors.jsonl")).unwrap();
+    errors.extend(b"{\"file\": \"pmn");
+    fs::write(broken.join("errors.jsonl"), errors).unwrap();
     let output = run(&set, &broken);
     assert!(output.status.success(), "{output:?}");
     assert_eq!(files(&broken), expected);
@@ -179,5 +189,5 @@ fn light_that_half_precision_cannot_hold_is_refused() {
     let out = folder.path().join("single");
     let single = run(&set, &out);
     assert!(single.status.success(), "{single:?}");
-    assert_eq!(files(&out).len(), 8 + 1);
+    assert_eq!(files(&out).len(), 8 + 2);
 }

@@ -1,6 +1,8 @@
 //! `lobes render --set`: every material under every light from every camera, as images to learn from.
 
+use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -80,15 +82,29 @@ struct Entry<'a> {
     pixel_samples: usize,
     tolerance: f64,
     precision: Stored,
+    /// Of this program: another one may make other images.
+    version: &'a str,
+}
+
+/// A line of the list of errors.
+#[derive(Debug, Serialize, Deserialize)]
+struct Reached {
+    file: String,
+    /// As [`Rendering::error`](crate::reflection::Rendering::error).
+    error: f64,
 }
 
 /// The index of a set.
 const INDEX: &str = "index.jsonl";
 
+/// The estimated errors of a set's images.
+const ERRORS: &str = "errors.jsonl";
+
 /// Renders what of the set is not there yet.
 ///
 /// The folder holds the index from the start: it says what the images will be, and another set is not mixed into it. Each image is
-/// written aside and renamed, so that a file with its name is whole, whenever the command is stopped.
+/// written aside and renamed, so that a file with its name is whole, whenever the command is stopped; its error is in the list of
+/// errors before that.
 pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
     let set = read(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
@@ -146,21 +162,23 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
                     pixel_samples: set.pixel_samples,
                     tolerance: set.tolerance,
                     precision: set.precision,
+                    version: env!("CARGO_PKG_VERSION"),
                 };
-                let line = serde_json::to_string(&entry).map_err(|error| {
-                    Error::Unanswerable(format!("the index makes no JSON: {error}"))
-                })?;
-                index.push_str(&line);
-                index.push('\n');
+                index.push_str(&line(&entry)?);
             }
         }
     }
     let _lock = begin(out, &names, &index)?;
+    let reached = read_errors(&out.join(ERRORS))?;
+    let errors = Mutex::new(open_errors(&out.join(ERRORS))?);
     let missing: Vec<Vec<(usize, usize)>> = (0..lights.len())
         .map(|l| {
             (0..materials.len())
                 .flat_map(|m| (0..places.len()).map(move |c| (m, c)))
-                .filter(|&(m, c)| !out.join(file(l, m, c)).exists())
+                .filter(|&(m, c)| {
+                    let file = file(l, m, c);
+                    !reached.contains_key(&file) || !out.join(file).exists()
+                })
                 .collect()
         })
         .collect();
@@ -186,6 +204,15 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
                     let bytes = encode(&rendering.image, set.precision).map_err(|error| {
                         Error::Unanswerable(format!("{}: {error}", file(l, m, c)))
                     })?;
+                    let reached = line(&Reached {
+                        file: file(l, m, c),
+                        error: rendering.error,
+                    })?;
+                    errors
+                        .lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .write_all(reached.as_bytes())
+                        .map_err(|error| not_writable(out, &error))?;
                     write_file(&out.join(file(l, m, c)), &bytes)?;
                 }
                 Err(Error::Tolerance { reached, .. }) => {
@@ -212,6 +239,8 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
             set.tolerance
         )));
     }
+    drop(errors);
+    sort_errors(&out.join(ERRORS))?;
     console::json(&json!({
         "folder": out.display().to_string(),
         "index": out.join(INDEX).display().to_string(),
@@ -360,13 +389,7 @@ fn distinct(path: &Path, what: &str, names: Vec<String>) -> Result<Vec<String>> 
 
 /// Makes the folders and the index, and takes away what an interrupted run was writing; no other run writes there until the lock goes.
 fn begin(out: &Path, lights: &[String], index: &str) -> Result<FolderLock> {
-    let failed = |error: std::io::Error| {
-        Error::file(
-            out,
-            format!("the output folder cannot be written ({error})"),
-            "name another one with --out",
-        )
-    };
+    let failed = |error: std::io::Error| not_writable(out, &error);
     let path = out.join(INDEX);
     if path.exists() {
         if fs::read_to_string(&path).map_err(failed)? != index {
@@ -385,8 +408,8 @@ fn begin(out: &Path, lights: &[String], index: &str) -> Result<FolderLock> {
     }
     fs::create_dir_all(out).map_err(failed)?;
     let lock = FolderLock::take(out)?;
-    for light in lights {
-        let folder = out.join(light);
+    let folders = lights.iter().map(|light| out.join(light));
+    for folder in folders.chain([out.to_path_buf()]) {
         fs::create_dir_all(&folder).map_err(failed)?;
         for entry in fs::read_dir(&folder).map_err(failed)? {
             let path = entry.map_err(failed)?.path();
@@ -400,4 +423,51 @@ fn begin(out: &Path, lights: &[String], index: &str) -> Result<FolderLock> {
         write_file(&path, index.as_bytes())?;
     }
     Ok(lock)
+}
+
+/// A value as a line of JSON.
+fn line(value: &impl Serialize) -> Result<String> {
+    let line = serde_json::to_string(value)
+        .map_err(|error| Error::Unanswerable(format!("the index makes no JSON: {error}")))?;
+    Ok(line + "\n")
+}
+
+fn not_writable(out: &Path, error: &std::io::Error) -> Error {
+    Error::file(
+        out,
+        format!("the output folder cannot be written ({error})"),
+        "name another one with --out",
+    )
+}
+
+/// The list of errors by file, as far as its lines are whole: a command that is stopped may leave half of one.
+fn read_errors(path: &Path) -> Result<BTreeMap<String, f64>> {
+    if !path.exists() {
+        return Ok(BTreeMap::new());
+    }
+    let text = fs::read_to_string(path).map_err(|error| not_writable(path, &error))?;
+    let lines = text
+        .lines()
+        .filter_map(|line| serde_json::from_str::<Reached>(line).ok());
+    Ok(lines.map(|line| (line.file, line.error)).collect())
+}
+
+/// The list of errors, to go on with.
+fn open_errors(path: &Path) -> Result<fs::File> {
+    // Without the half line.
+    sort_errors(path)?;
+    fs::OpenOptions::new()
+        .append(true)
+        .create(true)
+        .open(path)
+        .map_err(|error| not_writable(path, &error))
+}
+
+/// Writes the list of errors in the order of the files' names.
+fn sort_errors(path: &Path) -> Result<()> {
+    let mut text = String::new();
+    for (file, error) in read_errors(path)? {
+        text.push_str(&line(&Reached { file, error })?);
+    }
+    write_file(path, text.as_bytes())
 }
