@@ -1,8 +1,10 @@
 //! The renderer against the reference: every lobe, roughness, built-in map and tolerance, pixels chosen at random.
 //!
 //! ```text
-//! cargo run --release --example renderer_accuracy -- --pixels 8 --seed 1 --tolerances 1e-2,1e-3
+//! cargo run --release --example renderer_accuracy -- --whole --pixels 8 --seed 1 --tolerances 1e-2,1e-3
 //! ```
+//!
+//! Without `--whole` it takes one map, one lobe, one σ and one tolerance; `--maps`, `--lobes`, `--sigmas` and `--tolerances` choose others.
 //!
 //! Each line is a cell: a map, a lobe, a σ and a tolerance; what the 128² picture said its error was, and what it is in the pixels
 //! that the reference did too. The pixels of one cell are few; the summary pools those of all maps. It ends with an error if the pooled
@@ -19,6 +21,8 @@ use lobes::{Error, Parallelism, Result};
 use rand::{RngExt, SeedableRng};
 
 const SIZE: usize = 128;
+
+const SIGMAS: [f64; 8] = [0.0, 0.005, 0.01, 0.03, 0.05, 0.1, 0.2, 0.4];
 
 fn main() -> ExitCode {
     match run() {
@@ -60,15 +64,21 @@ fn list<T: std::str::FromStr + Clone>(name: &str, default: &[T]) -> Result<Vec<T
 }
 
 fn run() -> Result<bool> {
-    let pixels = list("--pixels", &[8usize])?[0];
+    let whole = std::env::args().any(|argument| argument == "--whole");
+    let default = |all: &[f64], one: f64| if whole { all.to_vec() } else { vec![one] };
+    let pixels = list("--pixels", &[if whole { 8usize } else { 4 }])?[0];
     let seed = list("--seed", &[1u64])?[0];
-    let tolerances = list("--tolerances", &[1e-2, 1e-3, 1e-4])?;
-    let sigmas = list("--sigmas", &[0.0, 0.005, 0.01, 0.03, 0.05, 0.1, 0.2, 0.4])?;
-    let lobes = list("--lobes", &Variant::ALL)?;
+    let tolerances = list("--tolerances", &default(&[1e-2, 1e-3, 1e-4], 1e-3))?;
+    let sigmas = list("--sigmas", &default(&SIGMAS, 0.05))?;
+    let all = &Variant::ALL[..];
+    let lobes = list("--lobes", if whole { all } else { &all[..1] })?;
     let names: Vec<String> = list("--maps", &[])?;
     let mut maps = builtin()?;
     maps.push(sunny()?);
     maps.retain(|map| names.is_empty() || names.iter().any(|name| name == map.name()));
+    if !whole && names.is_empty() {
+        maps.truncate(1);
+    }
     let camera = Camera::orthographic(DVec3::new(0.3, 0.2, 1.0), DVec3::Y)?;
     // Half of the pixels anywhere, half of them where the view is grazing.
     let mut random = rand_pcg::Pcg64::seed_from_u64(seed);

@@ -9,6 +9,7 @@ use fearless_simd::{f64x8, prelude::*};
 
 use super::kernel::{LobeAt, Part, RowLobe};
 use super::region::Region;
+use super::renderer::Light;
 use crate::illumination::EnvironmentMap;
 use crate::sphere::Rule;
 
@@ -16,7 +17,7 @@ use crate::sphere::Rule;
 const NODES: usize = 4;
 
 /// A cell is divided into at most 2^`MAX_DOUBLINGS` parts each way.
-const MAX_DOUBLINGS: u32 = 12;
+pub(super) const MAX_DOUBLINGS: u32 = 12;
 
 /// Eight nodes, those of two neighbouring parts of a cell, seen from the pixel centre on the cell's left.
 #[derive(Debug)]
@@ -34,6 +35,8 @@ pub(super) struct Cells {
     width: usize,
     height: usize,
     pixels: Vec<[f64; 3]>,
+    /// The pixels without the lamps.
+    rest: Vec<[f64; 3]>,
     /// (cos ψ, sin ψ) of the columns' centres.
     centres: Vec<(f64, f64)>,
     /// For 2, 4, 8, … parts: a pattern for every two of them.
@@ -43,7 +46,8 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    pub(super) fn new(map: &EnvironmentMap) -> Self {
+    /// A map, and its pixels without the lamps.
+    pub(super) fn new(map: &EnvironmentMap, rest: Vec<[f64; 3]>) -> Self {
         let rule = Rule::gauss_legendre(NODES).expect("four nodes are allowed");
         // From −1 up to 1.
         let nodes: [f64; NODES] = std::array::from_fn(|index| -rule.nodes[index]);
@@ -74,6 +78,7 @@ impl Cells {
             width: map.width(),
             height: map.height(),
             pixels: map.pixels().to_vec(),
+            rest,
             centres: (0..map.width())
                 .map(|column| {
                     let (sin, cos) = (step * (column as f64 + 0.5)).sin_cos();
@@ -93,16 +98,26 @@ impl Cells {
         (doublings <= MAX_DOUBLINGS).then_some(doublings)
     }
 
+    /// The size of the parts of a cell that is halved so often.
+    pub(super) fn part(&self, doublings: usize) -> f64 {
+        PI / self.height as f64 / (1usize << doublings) as f64
+    }
+
     /// ∫ K L dω over a region for a part K of a lobe, with the cells halved `doublings` times.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
         &self,
         simd: S,
         doublings: u32,
+        light: Light,
         lobe: &LobeAt,
         region: &Region,
         part: Part,
     ) -> [f64; 3] {
+        let pixels = match light {
+            Light::All => &self.pixels,
+            Light::WithoutLamps => &self.rest,
+        };
         let parts = 1usize << doublings;
         let strips = self.height * parts;
         let strip = PI / strips as f64;
@@ -129,8 +144,8 @@ impl Cells {
                 }
                 let lobe = RowLobe::new(simd, lobe, sin, cos);
                 let value_at = |column: usize| {
-                    let a = self.pixels[above.0 + (column + above.1) % self.width];
-                    let b = self.pixels[below.0 + (column + below.1) % self.width];
+                    let a = pixels[above.0 + (column + above.1) % self.width];
+                    let b = pixels[below.0 + (column + below.1) % self.width];
                     std::array::from_fn::<f64, 3, _>(|channel| {
                         upper * a[channel] + lower * b[channel]
                     })

@@ -10,6 +10,7 @@ mod cells;
 mod image;
 mod irradiance;
 mod kernel;
+mod lamps;
 mod operator;
 mod operator_lobe;
 mod operator_rotation;

@@ -1,0 +1,297 @@
+//! The brightest pixels, each integrated by itself as the bilinear hat that it stands for.
+//!
+//! A sun makes a lobe's integral jump where it sets behind the surface's horizon, and no grid is fine enough for that. Taken out
+//! of the map and summed here, with the horizon cut through its hat, it leaves a map that grids do resolve.
+
+use std::f64::consts::PI;
+
+use fearless_simd::{f64x8, prelude::*};
+use glam::DVec3;
+
+use super::kernel::{LobeAt, PointLobe, to_map};
+use crate::illumination::EnvironmentMap;
+use crate::sphere::Rule;
+
+/// A pixel is a lamp if it holds more than this share of all light.
+const SHARE: f64 = 5e-4;
+
+/// At most so many lamps.
+const LAMPS: usize = 64;
+
+/// Points each way of the rules on a hat, and the largest size of a pixel, over the width of a lobe, that they do for.
+const RULES: [(usize, f64); 4] = [(2, 0.2), (4, 0.5), (8, 1.5), (16, f64::INFINITY)];
+
+/// A lamp.
+#[derive(Debug)]
+struct Lamp {
+    axis: DVec3,
+    /// The angles of its middle.
+    theta: f64,
+    psi: f64,
+    light: [f64; 3],
+}
+
+/// The points of all lamps, lamp after lamp.
+#[derive(Debug)]
+struct Points {
+    /// Points each way.
+    side: usize,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    z: Vec<f64>,
+    /// The solid angles times the light of each channel.
+    light: [Vec<f64>; 3],
+}
+
+/// The lamps of a map.
+#[derive(Debug)]
+pub(super) struct Lamps {
+    /// The angle between the map's rows.
+    step: f64,
+    lamps: Vec<Lamp>,
+    points: Vec<Points>,
+    /// Gauss's rules for a part of a hat: for wide lobes and for narrow ones.
+    gauss: [Rule; 2],
+}
+
+impl Lamps {
+    /// The lamps of a map, and the map's pixels without them.
+    pub(super) fn take(map: &EnvironmentMap) -> (Self, Vec<[f64; 3]>) {
+        let (width, height) = (map.width(), map.height());
+        let step = PI / height as f64;
+        let mut pixels = map.pixels().to_vec();
+        let mass =
+            |index: usize| map.pixels()[index].iter().sum::<f64>() * map.solid_angle(index / width);
+        let total: f64 = (0..width * height).map(mass).sum();
+        let mut bright: Vec<usize> = (0..width * height)
+            .filter(|&index| mass(index) > SHARE * total)
+            // The hats of the first and the last row go round the poles.
+            .filter(|&index| (1..height - 1).contains(&(index / width)))
+            .collect();
+        bright.sort_by(|&a, &b| mass(b).total_cmp(&mass(a)).then(a.cmp(&b)));
+        bright.truncate(LAMPS);
+        let lamps: Vec<Lamp> = bright
+            .iter()
+            .map(|&index| Lamp {
+                axis: to_map(map.direction(index / width, index % width)),
+                theta: step * ((index / width) as f64 + 0.5),
+                psi: step * ((index % width) as f64 + 0.5),
+                light: std::mem::take(&mut pixels[index]),
+            })
+            .collect();
+        let points = RULES
+            .iter()
+            .map(|&(side, _)| {
+                let rule = hat_rule(side);
+                let mut points = Points {
+                    side,
+                    x: Vec::new(),
+                    y: Vec::new(),
+                    z: Vec::new(),
+                    light: Default::default(),
+                };
+                for lamp in &lamps {
+                    for &(down, down_weight) in &rule {
+                        for &(along, along_weight) in &rule {
+                            let theta = lamp.theta + down * step;
+                            let at = direction(theta, lamp.psi + along * step);
+                            points.x.push(at.x);
+                            points.y.push(at.y);
+                            points.z.push(at.z);
+                            let weight = step * step * down_weight * along_weight * theta.sin();
+                            for channel in 0..3 {
+                                points.light[channel].push(weight * lamp.light[channel]);
+                            }
+                        }
+                    }
+                }
+                // Whole blocks of eight.
+                while !points.x.len().is_multiple_of(8) {
+                    for values in [&mut points.x, &mut points.y] {
+                        values.push(0.0);
+                    }
+                    points.z.push(1.0);
+                    for values in &mut points.light {
+                        values.push(0.0);
+                    }
+                }
+                points
+            })
+            .collect();
+        let lamps = Self {
+            step,
+            lamps,
+            points,
+            gauss: [3, 8].map(|nodes| Rule::gauss_legendre(nodes).expect("few nodes are allowed")),
+        };
+        (lamps, pixels)
+    }
+
+    /// ∫ K L dω over the lamps for a lobe K that is `narrow` wide and nothing farther than `reach` from `centre`, to about 10⁻³, or
+    /// with a finer rule by `more`.
+    #[inline(always)]
+    pub(super) fn integrate<S: Simd>(
+        &self,
+        simd: S,
+        lobe: &LobeAt,
+        centre: DVec3,
+        reach: f64,
+        narrow: f64,
+        more: usize,
+    ) -> [f64; 3] {
+        let size = self.step / narrow;
+        let rule = RULES
+            .iter()
+            .position(|&(_, limit)| size <= limit)
+            .map_or(RULES.len() - 1, |rule| (rule + more).min(RULES.len() - 1));
+        let points = &self.points[rule];
+        let gauss = &self.gauss[usize::from(size > 0.3)];
+        let each = points.side * points.side;
+        let far = (reach + 1.5 * self.step).min(PI).cos();
+        let near = 1.5 * self.step;
+        let point_lobe = PointLobe::new(simd, lobe);
+        let mut sums = [f64x8::splat(simd, 0.0); 3];
+        let mut total = [0.0; 3];
+        // As many lamps as make a whole block, or the blocks of one lamp.
+        let group = (8 / each).max(1);
+        let blocks = (group * each) / 8;
+        for (index, lamps) in self.lamps.chunks(group).enumerate() {
+            let mut seen = false;
+            let mut cut = false;
+            for lamp in lamps {
+                let height = lobe.normal.dot(lamp.axis);
+                if height > -near && lamp.axis.dot(centre) >= far {
+                    seen = true;
+                    cut |= height < near;
+                }
+            }
+            if !seen {
+                continue;
+            }
+            if cut {
+                for lamp in lamps {
+                    let value = self.over_the_horizon(lobe, lamp, gauss);
+                    for channel in 0..3 {
+                        total[channel] += value * lamp.light[channel];
+                    }
+                }
+                continue;
+            }
+            for block in 0..blocks {
+                let at = 8 * (index * blocks + block);
+                let load = |values: &[f64]| f64x8::from_slice(simd, &values[at..at + 8]);
+                let value =
+                    point_lobe.evaluate(simd, load(&points.x), load(&points.y), load(&points.z));
+                for channel in 0..3 {
+                    sums[channel] = value.mul_add(load(&points.light[channel]), sums[channel]);
+                }
+            }
+        }
+        std::array::from_fn(|channel| total[channel] + sums[channel].reduce_sum())
+    }
+
+    /// ∫ K Λ dω over what of a lamp's hat Λ is above the horizon.
+    fn over_the_horizon(&self, lobe: &LobeAt, lamp: &Lamp, gauss: &Rule) -> f64 {
+        let (sin, cos) = lamp.theta.sin_cos();
+        let (sin_psi, cos_psi) = lamp.psi.sin_cos();
+        let down = lobe
+            .normal
+            .dot(DVec3::new(cos * cos_psi, cos * sin_psi, -sin));
+        let along = sin * lobe.normal.dot(DVec3::new(-sin_psi, cos_psi, 0.0));
+        let swap = along.abs() > down.abs();
+        // Lines along which the height changes most, and on each of them what is above the horizon.
+        let mut sum = 0.0;
+        for (offset, weight) in halves(gauss, -1.0, 1.0) {
+            let at = |t: f64| {
+                let (u, v) = if swap { (offset, t) } else { (t, offset) };
+                (lamp.theta + u * self.step, lamp.psi + v * self.step)
+            };
+            let height = |t: f64| {
+                let (theta, psi) = at(t);
+                lobe.normal.dot(direction(theta, psi))
+            };
+            let (mut low, mut high) = (-1.0, 1.0);
+            let (start, end) = (height(low), height(high));
+            if start <= 0.0 && end <= 0.0 {
+                continue;
+            }
+            if start < 0.0 || end < 0.0 {
+                // The height is all but linear: two steps of regula falsi.
+                let (mut a, mut b, mut ya, mut yb) = (low, high, start, end);
+                let mut root = 0.0;
+                for _ in 0..3 {
+                    root = a - ya * (b - a) / (yb - ya);
+                    let y = height(root);
+                    if (y < 0.0) == (ya < 0.0) {
+                        (a, ya) = (root, y);
+                    } else {
+                        (b, yb) = (root, y);
+                    }
+                }
+                if start < 0.0 {
+                    low = root;
+                } else {
+                    high = root;
+                }
+            }
+            for (t, inner) in halves(gauss, low, high) {
+                let (theta, psi) = at(t);
+                sum += weight
+                    * (1.0 - offset.abs())
+                    * inner
+                    * (1.0 - t.abs())
+                    * theta.sin()
+                    * lobe.value(direction(theta, psi));
+            }
+        }
+        sum * self.step * self.step
+    }
+}
+
+/// Gauss's nodes on [low, high], cut at 0, where a hat has its kink.
+fn halves(rule: &Rule, low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+    let pieces = [(low.min(0.0), high.min(0.0)), (low.max(0.0), high.max(0.0))];
+    pieces.into_iter().flat_map(move |(from, to)| {
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        rule.nodes
+            .iter()
+            .zip(&rule.weights)
+            .filter(move |_| half > 0.0)
+            .map(move |(node, weight)| (middle + half * node, half * weight))
+    })
+}
+
+/// A rule for ∫ (1 − |t|) f(t) dt over [−1, 1].
+fn hat_rule(points: usize) -> Vec<(f64, f64)> {
+    if points == 2 {
+        // Gauss's: the hat's second moment is 1/6.
+        let node = (1.0f64 / 6.0).sqrt();
+        return vec![(-node, 0.5), (node, 0.5)];
+    }
+    let rule = Rule::gauss_legendre(points / 2).expect("a few nodes are allowed");
+    halves(&rule, -1.0, 1.0)
+        .map(|(node, weight)| (node, weight * (1.0 - node.abs())))
+        .collect()
+}
+
+/// A direction of the map's frame.
+fn direction(theta: f64, psi: f64) -> DVec3 {
+    let (sin, cos) = theta.sin_cos();
+    DVec3::new(sin * psi.cos(), sin * psi.sin(), cos)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rules_of_a_hat_are_exact_for_cubes() {
+        for (points, _) in RULES {
+            let rule = hat_rule(points);
+            let moment = |power: i32| -> f64 { rule.iter().map(|(t, w)| w * t.powi(power)).sum() };
+            assert!((moment(0) - 1.0).abs() < 1e-14, "{points}");
+            assert!((moment(2) - 1.0 / 6.0).abs() < 1e-14, "{points}");
+            assert!(moment(3).abs() < 1e-14, "{points}");
+        }
+    }
+}
