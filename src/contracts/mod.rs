@@ -24,6 +24,7 @@ mod picture;
 mod pipeline;
 mod radiance;
 mod reflectance;
+mod render;
 mod rotation;
 mod spectrum;
 mod sphere;
@@ -136,6 +137,7 @@ pub fn contracts() -> Vec<Contract> {
         radiance::contracts(),
         ward_mitsuba::contracts(),
         view_operator::contracts(),
+        render::contracts(),
         map::contracts(),
         picture::contracts(),
         spectrum::contracts(),
