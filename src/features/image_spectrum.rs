@@ -92,6 +92,44 @@ impl ImageSpectrum {
         })
     }
 
+    /// The power of the field over all normals, the front from one image and the back from another, whose camera stands opposite
+    /// and as upright: what one image and a continuation stand for.
+    ///
+    /// # Errors
+    /// Those of [`power`](Self::power), and [`Error::Unanswerable`] when the cameras are not opposite or not equally upright.
+    pub fn whole_power(&self, front: &SphereImage, back: &SphereImage) -> Result<ImagePower> {
+        let (one, other) = (front.camera(), back.camera());
+        let apart = (one.towards() + other.towards())
+            .length()
+            .max((one.up() - other.up()).length());
+        if apart > 1e-9 {
+            return Err(Error::Unanswerable(
+                "the two images of a whole sphere must be from opposite cameras that are equally upright"
+                    .into(),
+            ));
+        }
+        let (mut luminance, front) = self.seen(front)?;
+        let (behind, back) = self.seen(back)?;
+        let (rings, columns) = (self.grid.rings(), self.grid.columns());
+        for ring in 0..rings / 2 {
+            for column in 0..columns {
+                // (x, y, −z) of the one is (−x, y, z) of the other.
+                let mirrored = (columns + columns / 2 - column) % columns;
+                luminance[(rings - 1 - ring) * columns + column] =
+                    behind[ring * columns + mirrored];
+            }
+        }
+        let coefficients = self.transform.analyse(&luminance)?;
+        let colour = std::array::from_fn(|channel| {
+            let mean = (front[channel] + back[channel]) / (4.0 * std::f64::consts::PI);
+            4.0 * std::f64::consts::PI * mean * mean
+        });
+        Ok(ImagePower {
+            luminance: average_power(&coefficients),
+            colour,
+        })
+    }
+
     /// The transform over the grid of normals.
     pub(super) fn transform(&self) -> &Transform {
         &self.transform
@@ -99,6 +137,30 @@ impl ImageSpectrum {
 
     /// The luminance on the whole grid of normals, and the mean of each channel over the sphere.
     pub(super) fn field(&self, image: &SphereImage) -> Result<(Vec<f64>, [f64; 3])> {
+        let (rings, columns) = (self.grid.rings(), self.grid.columns());
+        let (mut luminance, sum) = self.seen(image)?;
+        let (front, back) = luminance.split_at_mut(rings / 2 * columns);
+        for (ring, back) in back.chunks_exact_mut(columns).enumerate() {
+            let mirrored = rings / 2 - 1 - ring;
+            let front = &front[mirrored * columns..][..columns];
+            for (column, value) in back.iter_mut().enumerate() {
+                *value = self
+                    .continuation
+                    .source_column(column, columns)
+                    .map_or(0.0, |source| front[source]);
+            }
+        }
+        let halves = if self.continuation == Continuation::Zero {
+            1.0
+        } else {
+            2.0
+        };
+        let mean = sum.map(|sum| halves * sum / (4.0 * std::f64::consts::PI));
+        Ok((luminance, mean))
+    }
+
+    /// The luminance on the grid of normals, 0 on the half that is not seen, and the integral of each channel over the other.
+    fn seen(&self, image: &SphereImage) -> Result<(Vec<f64>, [f64; 3])> {
         let (rings, columns) = (self.grid.rings(), self.grid.columns());
         let sampler = Sampler::new(image)?;
         let mut luminance = vec![0.0; rings * columns];
@@ -118,24 +180,7 @@ impl ImageSpectrum {
                 *sum += weight * ring_sum;
             }
         }
-        let (front, back) = luminance.split_at_mut(rings / 2 * columns);
-        for (ring, back) in back.chunks_exact_mut(columns).enumerate() {
-            let mirrored = rings / 2 - 1 - ring;
-            let front = &front[mirrored * columns..][..columns];
-            for (column, value) in back.iter_mut().enumerate() {
-                *value = self
-                    .continuation
-                    .source_column(column, columns)
-                    .map_or(0.0, |source| front[source]);
-            }
-        }
-        let halves = if self.continuation == Continuation::Zero {
-            1.0
-        } else {
-            2.0
-        };
-        let mean = sum.map(|sum| halves * sum / (4.0 * std::f64::consts::PI));
-        Ok((luminance, mean))
+        Ok((luminance, sum))
     }
 }
 
