@@ -488,7 +488,6 @@ impl Renderer {
 
     /// A lobe's integral where the horizon matters: well above it on the grid `base` or a little finer, and nearer to it on finer
     /// and finer grids, each for half the height, `band` steps; last of all comes the horizon itself, softened.
-    #[expect(clippy::too_many_arguments, reason = "what `refine` knows")]
     fn by_bands(
         &self,
         base: usize,
