@@ -317,7 +317,8 @@ pub(crate) fn transforms(bytes: &[u8]) {
     );
     let made = plan.synthesise_into(batch, &sets, &mut maps, &mut scratch, Sequential);
     let read = plan.analyse_into(batch, &maps, &mut back, &mut scratch, Sequential);
-    assert_eq!(made.is_ok(), read.is_ok());
+    // Wild numbers may be refused, or sum to what is.
+    assert!(wild || made.is_ok() == read.is_ok());
     if made.is_ok() && !wild {
         assert!(all_finite(&maps) && all_finite(&back));
         if plan.degree() <= grid.max_degree() && plan.orders() <= grid.max_order() {

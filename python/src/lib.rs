@@ -2,6 +2,7 @@
 //!
 //! An array that is C-contiguous and of doubles is read where it lies; any other is copied first, as NumPy does it.
 
+mod classify;
 mod harmonics;
 mod illumination;
 mod reflectance;
@@ -28,8 +29,19 @@ fn parallelism(all: bool) -> Parallelism {
     }
 }
 
+/// The vector instructions that are used: "avx512", "avx2" or "baseline"; the environment variable `LOBES_VECTORS` chooses.
+#[pyfunction]
+fn vectors() -> &'static str {
+    lobes::vectors()
+}
+
 #[pymodule]
 mod _lobes {
+    #[pymodule_export]
+    use super::vectors;
+
+    #[pymodule_export]
+    use super::classify::{Model, Picture, Training, Verdict};
     #[pymodule_export]
     use super::harmonics::{
         Rotation, Transform, average_power, basis, from_complex, synthesise_at, to_complex,

@@ -10,9 +10,13 @@ from ._lobes import (
     EnvironmentMap,
     Lobe,
     Material,
+    Model,
+    Picture,
     Renderer,
     Rotation,
+    Training,
     Transform,
+    Verdict,
     average_power,
     basis,
     builtin,
@@ -22,6 +26,7 @@ from ._lobes import (
     presets,
     synthesise_at,
     to_complex,
+    vectors,
 )
 
 FEATURE_NAMES = ("v1", "v2", "v3", "v4", "v5", "v6", "v7", "red", "green", "blue")
@@ -33,10 +38,14 @@ __all__ = [
     "FEATURE_NAMES",
     "Lobe",
     "Material",
+    "Model",
+    "Picture",
     "Renderer",
     "Rotation",
+    "Training",
     "Transform",
     "VARIANTS",
+    "Verdict",
     "average_power",
     "basis",
     "builtin",
@@ -46,4 +55,5 @@ __all__ = [
     "presets",
     "synthesise_at",
     "to_complex",
+    "vectors",
 ]
