@@ -15,7 +15,7 @@ use crate::reflectance::Material;
 use crate::{error, parallelism};
 
 /// A picture that a sphere is in.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "lobes")]
 pub(crate) struct Picture(classify::Picture);
 
 /// The pixels of an array (rows, columns, 3), with its rows and columns.
@@ -96,7 +96,7 @@ type Parts<'py> = (
 /// leave them.
 ///
 /// It takes about a minute to make and can be pickled.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "lobes")]
 pub(crate) struct Training(classify::Training);
 
 #[pymethods]
@@ -244,7 +244,7 @@ impl Training {
 }
 
 /// A classifier that has learned.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "lobes")]
 pub(crate) struct Model(classify::Model);
 
 #[pymethods]
@@ -292,7 +292,7 @@ impl Model {
 }
 
 /// What a model says of one picture.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "lobes")]
 pub(crate) struct Verdict {
     verdict: classify::Verdict,
     names: Vec<String>,

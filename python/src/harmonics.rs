@@ -57,7 +57,7 @@ pub(crate) fn directions(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<DV
 }
 
 /// A plan for analysis and synthesis on one grid, to one degree.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "lobes")]
 pub(crate) struct Transform(harmonics::Transform);
 
 #[pymethods]
@@ -169,7 +169,7 @@ impl Transform {
 }
 
 /// A plan for rotating coefficients of one degree.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "lobes")]
 pub(crate) struct Rotation(harmonics::Rotation);
 
 #[pymethods]

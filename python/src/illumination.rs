@@ -12,7 +12,7 @@ use crate::error;
 use crate::harmonics::contiguous;
 
 /// Light from every direction: a lat-long map of linear radiance.
-#[pyclass(frozen, from_py_object)]
+#[pyclass(frozen, module = "lobes", from_py_object)]
 #[derive(Clone)]
 pub(crate) struct EnvironmentMap(pub(crate) illumination::EnvironmentMap);
 

@@ -9,7 +9,7 @@ use crate::error;
 use crate::harmonics::{contiguous, directions};
 
 /// A Ward lobe: its value times the light's cosine, at ρ_s = 1.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "lobes")]
 pub(crate) struct Lobe(reflectance::Ward);
 
 #[pymethods]
@@ -69,7 +69,7 @@ pub(crate) fn lambert(py: Python<'_>, degree: usize) -> Bound<'_, PyArray1<f64>>
 }
 
 /// A material: a Lambert body and a Ward lobe.
-#[pyclass(frozen, from_py_object)]
+#[pyclass(frozen, module = "lobes", from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Material(pub(crate) reflectance::Material);
 

@@ -14,7 +14,7 @@ use crate::reflectance::Material;
 use crate::{error, parallelism};
 
 /// A camera that looks at the centre of the sphere.
-#[pyclass(frozen, from_py_object)]
+#[pyclass(frozen, module = "lobes", from_py_object)]
 #[derive(Clone, Copy)]
 pub(crate) struct Camera(reflection::Camera);
 
@@ -40,7 +40,7 @@ impl Camera {
 }
 
 /// A map prepared for rendering.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "lobes")]
 pub(crate) struct Renderer(reflection::Renderer);
 
 #[pymethods]
