@@ -8,7 +8,7 @@
 //!
 //! Every preset under every built-in map is rendered from six cameras all round, level, in three opposite pairs. A pair shows every normal
 //! once: the spectrum of its field is the truth, and each of its two images, with the unseen half continued or its mask undone, an estimate of it.
-//! `docs/full-field.md` is what this prints.
+//! It prints a page of tables.
 
 use lobes::features::{
     Continuation, ImagePower, ImageSpectrum, PaperFeatures, TOP_DEGREE, UnbiasedBands,
