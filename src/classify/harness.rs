@@ -1,8 +1,5 @@
 //! Any classifier under any protocol.
 
-use std::fmt;
-use std::str::FromStr;
-
 use super::discriminant::Discriminant;
 use super::evaluate::{Evaluation, judge_leaving_one_out};
 use super::experts::{
@@ -12,6 +9,7 @@ use super::nearest::{NearestNeighbour, Scaling};
 use super::protocol::{Dataset, Plan, Protocol, collect};
 use super::reading::{JudgedReading, Reader, Reading, chromaticity};
 use crate::illumination::EnvironmentMap;
+use crate::named::named;
 use crate::reflectance::Material;
 use crate::{Error, Parallelism, Result};
 
@@ -62,7 +60,7 @@ impl Method {
         Self::Combined,
     ];
 
-    /// The name that [`FromStr`] reads.
+    /// The name that `FromStr` reads.
     ///
     /// ```
     /// use lobes::classify::Method;
@@ -111,27 +109,7 @@ impl Method {
     }
 }
 
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Method {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|m| m.name() == name)
-            .ok_or_else(|| {
-                let names = Self::ALL.map(Self::name).join(", ");
-                Error::Unanswerable(format!(
-                    "there is no classifier {name:?}; the names are {names}"
-                ))
-            })
-    }
-}
+named!(Method, "classifier");
 
 /// What pixels and interpolation add to an amplitude of log radiance.
 const LOG_NOISE: f64 = 1e-3;

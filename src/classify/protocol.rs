@@ -1,12 +1,11 @@
 //! The protocols: which pictures a classifier is tried on, and what it is told of them.
 
 use std::f64::consts::TAU;
-use std::fmt;
-use std::str::FromStr;
 
 use glam::DVec3;
 
 use crate::illumination::{EnvironmentMap, Luminance};
+use crate::named::named;
 use crate::reflectance::{Material, Roughness, Variant};
 use crate::reflection::{Camera, Renderer, Rendering, Settings, SphereImage, Viewpoint};
 use crate::{Error, Parallelism, Result};
@@ -41,7 +40,7 @@ impl Protocol {
     /// How far the camera of [`Self::Photograph`] stands from the sphere's centre, in radii.
     pub const PHOTOGRAPH_DISTANCE: f64 = 8.0;
 
-    /// The name that [`FromStr`] reads.
+    /// The name that `FromStr` reads.
     ///
     /// ```
     /// use lobes::classify::Protocol;
@@ -115,27 +114,7 @@ impl View {
     }
 }
 
-impl fmt::Display for Protocol {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Protocol {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|p| p.name() == name)
-            .ok_or_else(|| {
-                let names = Self::ALL.map(Self::name).join(", ");
-                Error::Unanswerable(format!(
-                    "there is no protocol {name:?}; the names are {names}"
-                ))
-            })
-    }
-}
+named!(Protocol, "protocol");
 
 /// One image, or what was read off it, with what is known of it.
 #[derive(Debug, Clone)]
