@@ -46,7 +46,7 @@ fn contracts_hold() {
             count += 1;
         }
     }
-    assert!(count > 30, "{count} contracts");
+    assert!(count >= 30, "{count} contracts");
 }
 
 #[test]
