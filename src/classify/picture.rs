@@ -18,7 +18,7 @@ use crate::{Error, Result};
 /// use lobes::classify::{Circle, Picture};
 ///
 /// // A grey ball before a black background, as a renderer might leave it.
-/// let ball = |x: f64, y: f64| if (x - 50.0).hypot(y - 40.0) < 30.0 { [0.3 + 0.004 * y; 3] } else { [0.0; 3] };
+/// let ball = |x: f64, y: f64| if (x - 50.0).hypot(y - 40.0) < 30.0 { [0.3 + 0.004 * y + 0.001 * x; 3] } else { [0.0; 3] };
 /// let pixels = (0..100 * 80).map(|i| ball((i % 100) as f64 + 0.5, (i / 100) as f64 + 0.5));
 /// let picture = Picture::linear(100, 80, pixels.collect())?;
 /// let circle = picture.circle()?;
