@@ -9,6 +9,7 @@ use crate::cli::arguments::Classify;
 use crate::cli::output::OutputFolder;
 use crate::cli::{console, lights, materials, progress, training};
 use crate::illumination::Luminance;
+use crate::reflectance::Material;
 use crate::report::{Figure, Page, encode_png, posterior_map};
 use crate::{Error, Parallelism, Result};
 
@@ -25,56 +26,46 @@ struct Sphere {
     overlay: Option<Vec<u8>>,
 }
 
+/// So many pictures are read, judged and told at a time: what is kept of them does not grow with how many there are.
+const AT_A_TIME: usize = 128;
+
 pub(super) fn run(options: &Classify) -> Result<()> {
     let paths = expand(&options.images)?;
     let materials = materials::load(&options.materials)?;
-    let bar = progress::bar(paths.len(), "pictures");
-    let spheres = Parallelism::Rayon.map(paths.len(), |i| {
-        let sphere = read(&paths[i], options);
-        bar.inc(1);
-        sphere
-    });
-    bar.finish_and_clear();
-
-    // Learning takes a while: not where there is nothing to judge.
-    let model = if spheres.iter().any(Result::is_ok) {
-        let maps = lights::load(&options.lights)?;
-        let (lobe, turns) = (options.lobe, options.turns.get());
-        let training = training::load(&maps, &materials, lobe, turns, options.fresh)?;
-        Some(Model::learn(&training, Parallelism::Rayon)?)
-    } else {
-        None
-    };
-    let names = model.as_ref().map_or(&[][..], Model::materials);
-    let verdicts = Parallelism::Rayon.map(paths.len(), |i| match (&spheres[i], &model) {
-        (Ok(sphere), Some(model)) => model.verdict(&sphere.features),
-        (Ok(_), None) => Err(Error::Unanswerable("nothing was learned".into())),
-        (Err(error), _) => Err(error.clone()),
-    });
-
+    let mut pages = Pages::new(options)?;
+    let mut learned = None;
     let mut failed = 0;
-    for ((path, sphere), verdict) in paths.iter().zip(&spheres).zip(&verdicts) {
-        match (sphere, verdict) {
-            (Ok(sphere), Ok(verdict)) => {
-                console::json(&line_of_json(path, sphere, verdict, names))?;
-                console::answer(format!(
-                    "{}: {}",
-                    path.display(),
-                    sentence(sphere, verdict, names)
-                ));
-            }
-            (Err(error), _) | (_, Err(error)) => {
-                failed += 1;
-                console::json(
-                    &json!({ "file": path.display().to_string(), "error": error.to_string() }),
-                )?;
-                if !console::is_json() {
-                    console::complain(of_file(path, error));
-                }
-            }
+    let bar = progress::bar(paths.len(), "pictures");
+    for (turn, paths) in paths.chunks(AT_A_TIME).enumerate() {
+        let spheres = Parallelism::Rayon.map(paths.len(), |i| {
+            let sphere = read(&paths[i], options);
+            bar.inc(1);
+            sphere
+        });
+        // Learning takes a while: not where there is nothing to judge.
+        if learned.is_none() && spheres.iter().any(Result::is_ok) {
+            learned = Some(bar.suspend(|| learn(options, &materials))?);
+        }
+        let verdicts = Parallelism::Rayon.map(paths.len(), |i| match (&spheres[i], &learned) {
+            (Ok(sphere), Some(model)) => model.verdict(&sphere.features),
+            (Ok(_), None) => Err(Error::Unanswerable("nothing was learned".into())),
+            (Err(error), _) => Err(error.clone()),
+        });
+        let names = learned.as_ref().map_or(&[][..], Model::materials);
+        for (i, (path, (sphere, verdict))) in
+            paths.iter().zip(spheres.iter().zip(&verdicts)).enumerate()
+        {
+            let read = match (sphere, verdict) {
+                (Ok(sphere), Ok(verdict)) => Ok((sphere, verdict)),
+                (Err(error), _) | (_, Err(error)) => Err(error),
+            };
+            failed += usize::from(read.is_err());
+            bar.suspend(|| tell(path, &read, names))?;
+            pages.add(AT_A_TIME * turn + i + 1, path, &read, names)?;
         }
     }
-    write(options, &paths, &spheres, &verdicts, names)?;
+    bar.finish_and_clear();
+    pages.finish()?;
     match failed {
         0 => Ok(()),
         1 if paths.len() == 1 => Err(Error::Unanswerable("the picture was not classified".into())),
@@ -83,6 +74,36 @@ pub(super) fn run(options: &Classify) -> Result<()> {
             paths.len()
         ))),
     }
+}
+
+fn learn(options: &Classify, materials: &[Material]) -> Result<Model> {
+    let maps = lights::load(&options.lights)?;
+    let (lobe, turns) = (options.lobe, options.turns.get());
+    let training = training::load(&maps, materials, lobe, turns, options.fresh)?;
+    Model::learn(&training, Parallelism::Rayon)
+}
+
+/// What was read of a picture, or why nothing was.
+type Read<'a> = std::result::Result<(&'a Sphere, &'a Verdict), &'a Error>;
+
+/// Says what a picture shows, or what is wrong with it.
+fn tell(path: &Path, read: &Read, names: &[String]) -> Result<()> {
+    match read {
+        Ok((sphere, verdict)) => {
+            console::json(&line_of_json(path, sphere, verdict, names))?;
+            let sentence = sentence(sphere, verdict, names);
+            console::answer(format!("{}: {sentence}", path.display()));
+        }
+        Err(error) => {
+            console::json(
+                &json!({ "file": path.display().to_string(), "error": error.to_string() }),
+            )?;
+            if !console::is_json() {
+                console::complain(of_file(path, error));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The error with the file that it is about.
@@ -254,85 +275,109 @@ fn line_of_json(
 }
 
 /// The overlays, and the page where it is asked for.
-fn write(
-    options: &Classify,
-    paths: &[PathBuf],
-    spheres: &[Result<Sphere>],
-    verdicts: &[Result<Verdict>],
-    names: &[String],
-) -> Result<()> {
-    let found = spheres.iter().flatten().any(|sphere| sphere.found);
-    if !(found || options.report) {
-        return Ok(());
+struct Pages<'a> {
+    options: &'a Classify,
+    /// Opened when there is something to write.
+    output: Option<OutputFolder>,
+    page: Page,
+}
+
+impl<'a> Pages<'a> {
+    fn new(options: &'a Classify) -> Result<Self> {
+        let mut pages = Self {
+            options,
+            output: None,
+            page: Page::new(
+                "Materials read off pictures",
+                "For each picture the sphere that was read, the probability of each material, and the posterior of the specular \
+                 share ρ_s / (ρ_s + ρ_d) and the roughness σ. A learned model: docs/inference.md.",
+            ),
+        };
+        if options.report {
+            pages.output()?;
+        }
+        Ok(pages)
     }
-    let mut output = OutputFolder::open(&options.out)?;
-    let mut page = Page::new(
-        "Materials read off pictures",
-        "For each picture the sphere that was read, the probability of each material, and the posterior of the specular \
-         share ρ_s / (ρ_s + ρ_d) and the roughness σ. A learned model: docs/inference.md.",
-    );
-    for (i, ((path, sphere), verdict)) in paths.iter().zip(spheres).zip(verdicts).enumerate() {
+
+    fn output(&mut self) -> Result<&mut OutputFolder> {
+        match &mut self.output {
+            Some(output) => Ok(output),
+            none => Ok(none.insert(OutputFolder::open(&self.options.out)?)),
+        }
+    }
+
+    /// What is shown of the `number`th picture.
+    fn add(&mut self, number: usize, path: &Path, read: &Read, names: &[String]) -> Result<()> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        page.heading(&name);
-        let (sphere, verdict) = match (sphere, verdict) {
-            (Ok(sphere), Ok(verdict)) => (sphere, verdict),
-            (Err(error), _) | (_, Err(error)) => {
-                page.paragraph(&error.to_string());
-                continue;
+        let (sphere, verdict) = match read {
+            Ok(read) => read,
+            Err(error) => {
+                if self.options.report {
+                    self.page.heading(&name);
+                    self.page.paragraph(&error.to_string());
+                }
+                return Ok(());
             }
         };
-        let stem = format!("{:04}-{}", i + 1, super::slug(&name));
+        let stem = format!("{number:04}-{}", super::slug(&name));
         let mut pictures = Vec::new();
         if let Some(overlay) = &sphere.overlay {
-            output.add(format!("{stem}-found.png"), overlay.clone());
+            let path = format!("{stem}-found.png");
+            self.output()?.add(path.clone(), overlay)?;
             pictures.push(Figure {
-                path: format!("{stem}-found.png"),
+                path,
                 caption: vec!["where the sphere was found".into()],
             });
         }
         if let Some(picture) = &sphere.picture {
-            output.add(format!("{stem}.png"), picture.clone());
+            let path = format!("{stem}.png");
+            self.output()?.add(path.clone(), picture)?;
             pictures.push(Figure {
-                path: format!("{stem}.png"),
+                path,
                 caption: vec!["the sphere as it was read".into()],
             });
-            output.add(
-                format!("{stem}-posterior.svg"),
-                posterior_map(&verdict.posterior),
-            );
+            let path = format!("{stem}-posterior.svg");
+            let map = posterior_map(&verdict.posterior);
+            self.output()?.add(path.clone(), map)?;
             pictures.push(Figure {
-                path: format!("{stem}-posterior.svg"),
+                path,
                 caption: vec!["the posterior".into()],
             });
         }
-        page.paragraph(&sentence(sphere, verdict, names));
-        page.grid(pictures.len().max(1), &pictures);
-        let rows: Vec<(&str, Vec<String>)> = names
-            .iter()
-            .map(String::as_str)
-            .zip(verdict.probabilities.iter().copied())
-            .chain([("none of these", verdict.none)])
-            .map(|(name, p)| ("", vec![name.to_owned(), format!("{p:.3}")]))
-            .collect();
-        page.table(&["material", "probability#"], &rows);
+        if self.options.report {
+            self.page.heading(&name);
+            self.page.paragraph(&sentence(sphere, verdict, names));
+            self.page.grid(pictures.len().max(1), &pictures);
+            let rows: Vec<(&str, Vec<String>)> = names
+                .iter()
+                .map(String::as_str)
+                .zip(verdict.probabilities.iter().copied())
+                .chain([("none of these", verdict.none)])
+                .map(|(name, p)| ("", vec![name.to_owned(), format!("{p:.3}")]))
+                .collect();
+            self.page.table(&["material", "probability#"], &rows);
+        }
+        Ok(())
     }
-    if options.report {
-        output.add(
-            "index.html",
-            page.html(&format!("lobes {}", env!("CARGO_PKG_VERSION"))),
-        );
+
+    fn finish(self) -> Result<()> {
+        let Some(mut output) = self.output else {
+            return Ok(());
+        };
+        let out = &self.options.out;
+        if self.options.report {
+            let version = format!("lobes {}", env!("CARGO_PKG_VERSION"));
+            output.add("index.html", self.page.html(&version))?;
+        }
+        output.commit()?;
+        if self.options.report {
+            console::note(format!("wrote {}", out.join("index.html").display()));
+        } else {
+            console::note(format!(
+                "wrote where spheres were found to {}",
+                out.display()
+            ));
+        }
+        Ok(())
     }
-    output.commit()?;
-    if options.report {
-        console::note(format!(
-            "wrote {}",
-            options.out.join("index.html").display()
-        ));
-    } else {
-        console::note(format!(
-            "wrote where spheres were found to {}",
-            options.out.display()
-        ));
-    }
-    Ok(())
 }

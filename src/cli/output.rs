@@ -116,13 +116,15 @@ impl FolderLock {
     }
 }
 
-/// Files gathered in memory, written aside and renamed into a folder when all of them are there.
+/// Files written aside as they come, and renamed into a folder when all of them are there.
 #[derive(Debug)]
 pub(super) struct OutputFolder {
     folder: PathBuf,
     /// To take away again on failure.
     made: Option<Unfinished>,
-    files: Vec<(String, Vec<u8>)>,
+    /// Where the files lie until then: a folder that the first of them makes.
+    aside: PathBuf,
+    names: Vec<String>,
 }
 
 impl OutputFolder {
@@ -143,8 +145,10 @@ impl OutputFolder {
         let output = Self {
             folder: folder.to_path_buf(),
             made,
-            files: Vec::new(),
+            aside: aside(folder, "lobes"),
+            names: Vec::new(),
         };
+        begin(Unfinished::Aside(output.aside.clone()));
         let unwritable = |error: std::io::Error| {
             Error::file(
                 folder,
@@ -161,64 +165,64 @@ impl OutputFolder {
         Ok(output)
     }
 
-    /// Adds a file by its path from the folder.
-    pub(super) fn add(&mut self, path: impl Into<String>, bytes: impl Into<Vec<u8>>) {
-        self.files.push((path.into(), bytes.into()));
+    /// Writes a file aside, by its path from the folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] where it cannot be written.
+    pub(super) fn add(&mut self, name: impl Into<String>, bytes: impl AsRef<[u8]>) -> Result<()> {
+        let name = name.into();
+        let path = self.aside.join(&name);
+        let _list = unfinished();
+        make_parent(&path)
+            .and_then(|()| fs::write(&path, bytes))
+            .map_err(|error| self.unwritten(&name, &error))?;
+        self.names.push(name);
+        Ok(())
     }
 
-    /// Writes every file aside, and when all are written renames them into place, one run at a time.
+    /// Renames what was written into place, one run at a time.
+    ///
+    /// # Errors
+    /// [`Error::File`] where a file cannot be put there.
     pub(super) fn commit(mut self) -> Result<()> {
-        let aside = aside(&self.folder, "lobes");
-        let unfinished_aside = Unfinished::Aside(aside.clone());
-        begin(unfinished_aside.clone());
-        let result = self.write(&aside);
-        unfinished_aside.remove();
+        let _lock = FolderLock::wait(&self.folder);
         let mut list = unfinished();
-        end(&mut list, &unfinished_aside);
-        if result.is_ok()
-            && let Some(made) = self.made.take()
-        {
+        for name in &self.names {
+            let path = self.folder.join(name);
+            make_parent(&path)
+                .and_then(|()| fs::rename(self.aside.join(name), &path))
+                .map_err(|error| self.unwritten(name, &error))?;
+        }
+        if let Some(made) = self.made.take() {
             end(&mut list, &made);
         }
-        result
+        Ok(())
     }
 
-    fn write(&self, aside: &Path) -> Result<()> {
-        let failed = |path: &Path, error: std::io::Error| {
-            Error::file(
-                path,
-                format!("cannot be written ({error})"),
-                "make room or name another folder with --out",
-            )
-        };
-        let parent = |path: &Path| match path.parent() {
-            Some(parent) => fs::create_dir_all(parent).map_err(|error| failed(parent, error)),
-            None => Ok(()),
-        };
-        for (name, bytes) in &self.files {
-            let path = aside.join(name);
-            let _list = unfinished();
-            parent(&path)?;
-            fs::write(&path, bytes).map_err(|error| failed(&self.folder.join(name), error))?;
-        }
-        let _lock = FolderLock::wait(&self.folder);
-        let _list = unfinished();
-        for (name, _) in &self.files {
-            let path = self.folder.join(name);
-            parent(&path)?;
-            fs::rename(aside.join(name), &path).map_err(|error| failed(&path, error))?;
-        }
-        Ok(())
+    fn unwritten(&self, name: &str, error: &std::io::Error) -> Error {
+        Error::file(
+            &self.folder.join(name),
+            format!("cannot be written ({error})"),
+            "make room or name another folder with --out",
+        )
     }
 }
 
 impl Drop for OutputFolder {
     fn drop(&mut self) {
+        let aside = Unfinished::Aside(self.aside.clone());
+        aside.remove();
+        let mut list = unfinished();
+        end(&mut list, &aside);
         if let Some(made) = self.made.take() {
             made.remove();
-            end(&mut unfinished(), &made);
+            end(&mut list, &made);
         }
     }
+}
+
+fn make_parent(path: &Path) -> std::io::Result<()> {
+    path.parent().map_or(Ok(()), fs::create_dir_all)
 }
 
 /// Writes one file aside and renames it into place.

@@ -62,8 +62,8 @@ pub(super) fn run(options: &Render) -> Result<()> {
         output.add(
             format!("{stem}.png"),
             encode_png(options.size, options.size, exposure, pixel)?,
-        );
-        output.add(format!("{stem}.exr"), sphere_exr(&image)?);
+        )?;
+        output.add(format!("{stem}.exr"), sphere_exr(&image)?)?;
         answers.push(json!({
             "light": map.name(),
             "material": material.name(),

@@ -180,7 +180,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
     let mut json = serde_json::to_string_pretty(&accuracy)
         .map_err(|error| Error::Unanswerable(format!("the table has no JSON form: {error}")))?;
     json.push('\n');
-    output.add("accuracy.json", json);
+    output.add("accuracy.json", json)?;
     let page = write_page(
         &mut output,
         options,
@@ -192,7 +192,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
         &materials,
         data,
     )?;
-    output.add("index.html", page);
+    output.add("index.html", page)?;
     output.commit()?;
     if let Some(path) = &options.write {
         write_between_marks(path, &beyond.markdown())?;
@@ -670,7 +670,7 @@ fn write_page(
     output.add(
         "figures/confusion.svg",
         confusion_matrix(&data.materials, &chosen.evaluation.confusion_matrix()),
-    );
+    )?;
     page.figure(&Figure {
         path: "figures/confusion.svg".into(),
         caption: vec!["Confusion matrix of the marked row".into()],
@@ -713,7 +713,7 @@ fn write_page(
             output.add(
                 path.clone(),
                 confusion_matrix(&data.materials, &row.evaluation.confusion_matrix()),
-            );
+            )?;
             pictures.push(Figure {
                 path,
                 caption: vec![format!("{}: the combined classifier", row.row.protocol)],
@@ -725,7 +725,7 @@ fn write_page(
     if let (Some(row), Some(sentence)) = (&beyond.continuous, beyond.continuous_sentence()) {
         page.heading("Reading σ and the specular share off a picture");
         page.paragraph(&format!("{sentence}."));
-        output.add("figures/calibration.svg", calibration(&row.coverage));
+        output.add("figures/calibration.svg", calibration(&row.coverage))?;
         page.figure(&Figure {
             path: "figures/calibration.svg".into(),
             caption: vec!["How often credible intervals hold the truth".into()],
@@ -739,7 +739,7 @@ fn write_page(
         .map(|(map, spectrum)| (map.name().to_owned(), spectrum.luminance.clone()))
         .collect();
     let eta = spectrum::median_eta(spectra);
-    output.add("figures/light.svg", light_spectra(&named, eta));
+    output.add("figures/light.svg", light_spectra(&named, eta))?;
     let mut clipped: Vec<f64> = spectra.iter().map(|s| s.clipped_eta).collect();
     clipped.sort_by(f64::total_cmp);
     page.paragraph(&format!(
@@ -762,7 +762,7 @@ fn write_page(
             (s.observation.material, features.power[0], features.power[1])
         })
         .collect();
-    output.add("figures/plane.svg", feature_plane(&data.materials, &plane));
+    output.add("figures/plane.svg", feature_plane(&data.materials, &plane))?;
     page.paragraph(
         "The paper predicts v2 near 0 for matte spheres, which reflect no odd degree past 1. With the unseen \
          half filled by the mirrored front it is not: the mirrored field has a crease along the rim, and a crease has \
@@ -807,8 +807,8 @@ fn write_page(
             encode_png(size, size, PICTURE_EXPOSURE, |row, column| {
                 image.get(row, column)
             })?,
-        );
-        output.add(format!("{stem}.exr"), sphere_exr(image)?);
+        )?;
+        output.add(format!("{stem}.exr"), sphere_exr(image)?)?;
         pictures.push(Figure {
             path: format!("{stem}.png"),
             caption: vec![
@@ -824,13 +824,13 @@ fn write_page(
     }
     page.grid(4, &pictures);
     let shown: Vec<&SphereImage> = of_first.iter().map(|s| &s.judged.image).collect();
-    output.add("figures/spheres.png", contact_sheet(&shown, 4)?);
+    output.add("figures/spheres.png", contact_sheet(&shown, 4)?)?;
 
     page.heading("The illuminations");
     let mut pictures = Vec::new();
     for (i, (map, spectrum)) in maps.iter().zip(spectra).enumerate() {
         let path = format!("illuminations/{:02}-{}.png", i + 1, slug(map.name()));
-        output.add(path.clone(), thumbnail(map)?);
+        output.add(path.clone(), thumbnail(map)?)?;
         pictures.push(Figure {
             path,
             caption: vec![
