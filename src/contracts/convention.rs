@@ -25,6 +25,17 @@ pub(super) fn contracts() -> Vec<Contract> {
             measure: complex,
         },
         Contract {
+            id: "convention/shtns",
+            function: "harmonics::Coefficients::from_complex",
+            oracle: Oracle::Snapshot("conventions_shtns"),
+            domain: "the same of SHTns, synthesised on a Gauss–Legendre grid: orthonormal, 4π and Schmidt, each with and without the Condon–Shortley phase",
+            metric: RMS,
+            bound: 1e-14,
+            why: "as above",
+            loose: None,
+            measure: shtns,
+        },
+        Contract {
             id: "convention/shtools",
             function: "harmonics::Coefficients::from_real",
             oracle: ORACLE,
@@ -87,35 +98,38 @@ struct Complex {
     field: Field,
 }
 
+impl Complex {
+    fn coefficients(&self, convention: Convention) -> Result<Coefficients> {
+        let values: Vec<Complex64> = self
+            .coefficients
+            .iter()
+            .map(|&[re, im]| Complex64::new(re, im))
+            .collect();
+        Coefficients::from_complex(self.degree, convention, &values)
+    }
+}
+
 fn complex(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
     for library in ["scipy", "healpy", "ducc0"] {
         for case in snapshots.cases::<Complex>("conventions", library)? {
-            let values: Vec<Complex64> = case
-                .coefficients
-                .iter()
-                .map(|&[re, im]| Complex64::new(re, im))
-                .collect();
-            let f = Coefficients::from_complex(case.degree, Convention::HEALPIX, &values)?;
+            let f = case.coefficients(Convention::HEALPIX)?;
             case.field.compare(tally, library, &f)?;
         }
     }
     Ok(())
 }
 
+/// Which of its conventions a library was asked for.
 #[derive(Deserialize)]
-struct Shtools {
+struct Named {
     normalisation: String,
     condon_shortley: bool,
-    degree: usize,
-    coefficients: Vec<f64>,
-    #[serde(flatten)]
-    field: Field,
 }
 
-fn shtools(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Shtools>("conventions", "shtools")? {
-        let convention = Convention {
-            normalisation: match case.normalisation.as_str() {
+impl Named {
+    fn convention(&self) -> Result<Convention> {
+        Ok(Convention {
+            normalisation: match self.normalisation.as_str() {
                 "4pi" => Normalisation::FourPi,
                 "ortho" => Normalisation::Orthonormal,
                 "schmidt" => Normalisation::Schmidt,
@@ -125,15 +139,46 @@ fn shtools(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
                     )));
                 }
             },
-            phase: if case.condon_shortley {
+            phase: if self.condon_shortley {
                 Phase::CondonShortley
             } else {
                 Phase::Plain
             },
-        };
+        })
+    }
+}
+
+#[derive(Deserialize)]
+struct Shtns {
+    #[serde(flatten)]
+    named: Named,
+    #[serde(flatten)]
+    complex: Complex,
+}
+
+fn shtns(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<Shtns>("conventions_shtns", "shtns")? {
+        let f = case.complex.coefficients(case.named.convention()?)?;
+        let name = &case.named.normalisation;
+        case.complex.field.compare(tally, name, &f)?;
+    }
+    Ok(())
+}
+
+#[derive(Deserialize)]
+struct Shtools {
+    #[serde(flatten)]
+    named: Named,
+    #[serde(flatten)]
+    real: Real,
+}
+
+fn shtools(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for Shtools { named, real } in snapshots.cases::<Shtools>("conventions", "shtools")? {
+        let convention = named.convention()?;
         let f =
-            Coefficients::from_real(case.degree, convention, Order::ByDegree, &case.coefficients)?;
-        case.field.compare(tally, &case.normalisation, &f)?;
+            Coefficients::from_real(real.degree, convention, Order::ByDegree, &real.coefficients)?;
+        real.field.compare(tally, &named.normalisation, &f)?;
     }
     Ok(())
 }
