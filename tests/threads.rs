@@ -157,7 +157,7 @@ fn operators_and_evidence() {
 #[test]
 fn learning_and_reading() {
     let lights = [light(16, 8), light(16, 9), light(16, 10)];
-    let materials = presets();
+    let materials: Vec<_> = presets().into_iter().step_by(3).collect();
     let plan = TrainingPlan {
         plan: Plan {
             settings: Settings {
@@ -168,8 +168,8 @@ fn learning_and_reading() {
             ..TrainingPlan::default().plan
         },
         random: RandomReflectances {
-            roughnesses: 4,
-            colours: 4,
+            roughnesses: 3,
+            colours: 3,
             ..RandomReflectances::default()
         },
         ..TrainingPlan::default()
