@@ -160,6 +160,71 @@ fn bad_options_get_a_sentence() {
 }
 
 /// The table that people read, of the light in the library.
+/// What is too much, too little or nothing at all is refused at once, by a sentence, and leaves nothing.
+#[test]
+fn bad_amounts_get_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.pfm"), pfm(2.0)).unwrap();
+    std::fs::write(at.join("flat.pfm"), pfm(1.0)).unwrap();
+    std::fs::write(at.join("nan.pfm"), pfm(f32::NAN)).unwrap();
+    std::fs::write(at.join("empty.png"), b"").unwrap();
+    std::fs::write(at.join("text.png"), b"text").unwrap();
+    let set = |name: &str, text: &str| std::fs::write(at.join(name), text).unwrap();
+    set("huge.toml", "size = 1000000000\nlights = ['a.pfm']\n");
+    set("nan.toml", "size = 8\nlights = ['a.pfm', 'nan.pfm']\n");
+    for (arguments, words) in [
+        (
+            &["spectrum", "a.pfm", "--degree", "0"][..],
+            &["degree", "at least 4"][..],
+        ),
+        (
+            &["spectrum", "a.pfm", "--degree", "3"],
+            &["degree", "at least 4"],
+        ),
+        (&["spectrum", "flat.pfm"], &["uniform"]),
+        (
+            &["render", "--light", "a.pfm", "--tolerance", "-1"],
+            &["tolerance", "-1"],
+        ),
+        (
+            &["render", "--light", "a.pfm", "--distance", "-2"],
+            &["distance", "-2"],
+        ),
+        (
+            &["render", "--set", "huge.toml", "--out", "s"],
+            &["1000000000", "16384"],
+        ),
+        (
+            &["render", "--set", "nan.toml", "--out", "s"],
+            &["nan.pfm", "NaN"],
+        ),
+        (&["classify", "empty.png"], &["empty.png", "empty"]),
+        (&["classify", "text.png"], &["text.png", "PNG, JPEG"]),
+        (&["classify", "none.png"], &["none.png", "cannot be read"]),
+    ] {
+        fails(at, arguments, words);
+    }
+    // What the command line itself cannot mean: exit code 2, and the usage after the sentence.
+    for (arguments, words) in [
+        (&["spectrum", "a.pfm", "--jobs", "0"][..], "from 1 to 1024"),
+        (&["spectrum", "a.pfm", "--jobs", "100000"], "from 1 to 1024"),
+        (
+            &["classify", "a.pfm", "--turns", "99999999999"],
+            "from 1 to 1024",
+        ),
+        (&["reproduce", "--turns", "0"], "from 1 to 1024"),
+        (&["classify", "a.pfm", "--circle", "-5,5"], "three numbers"),
+    ] {
+        let output = lobes(arguments, at);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(message.contains(words), "{arguments:?}: {message}");
+    }
+    let output = lobes(&["classify", "text.png", "--circle", "-5,5,20"], at);
+    assert_eq!(output.status.code(), Some(1));
+}
+
 #[test]
 fn the_table_of_the_built_in_light() {
     let folder = tempfile::tempdir().unwrap();

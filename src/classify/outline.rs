@@ -98,7 +98,7 @@ pub(super) fn find(picture: &Picture) -> Result<Circle> {
     let side = picture.width().min(picture.height());
     if side < 16 {
         return Err(Error::Unanswerable(format!(
-            "a picture of {} by {} pixels is too small to find a sphere in",
+            "a picture of {} by {} pixels is too small to find a sphere in; 16 a side are the least",
             picture.width(),
             picture.height()
         )));

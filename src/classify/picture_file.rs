@@ -46,6 +46,12 @@ impl Picture {
                 None => Ok(picture),
             };
         }
+        if !files::is_linear(bytes) {
+            return Err(Problem::new(
+                "the file is none of PNG, JPEG, OpenEXR, Radiance and PFM",
+                "convert it to one of these",
+            ));
+        }
         let (picture, alpha) = files::decode_with_alpha(bytes)?;
         let (width, height) = (picture.width, picture.height);
         let picture = Self::linear(width, height, picture.pixels).map_err(|error| match error {

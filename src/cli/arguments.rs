@@ -15,7 +15,7 @@ use crate::sphere::Mapping;
 #[command(version, about, max_term_width = 100, after_help = AFTER)]
 pub(super) struct Arguments {
     /// How many threads to use [default: one a core].
-    #[arg(long, short, global = true, value_name = "N")]
+    #[arg(long, short, global = true, value_name = "N", value_parser = up_to_1024)]
     pub(super) jobs: Option<NonZeroUsize>,
     /// Say the answer and what is wrong, and nothing else.
     #[arg(long, short, global = true)]
@@ -25,6 +25,14 @@ pub(super) struct Arguments {
     pub(super) json: bool,
     #[command(subcommand)]
     pub(super) verb: Verb,
+}
+
+/// A count that memory and time are set aside for, so that a slip of the finger does not take the machine.
+fn up_to_1024(text: &str) -> Result<NonZeroUsize, String> {
+    match text.parse::<NonZeroUsize>() {
+        Ok(count) if count.get() <= 1024 => Ok(count),
+        _ => Err("give a whole number from 1 to 1024".into()),
+    }
 }
 
 const AFTER: &str = "\
@@ -131,7 +139,7 @@ pub(super) struct Reproduce {
     #[arg(long = "classifier", value_name = "NAME")]
     pub(super) classifiers: Vec<Method>,
     /// From how many directions about the vertical the spheres to learn from are seen; the paper's features learn from one.
-    #[arg(long, value_name = "N", default_value = "4")]
+    #[arg(long, value_name = "N", default_value = "4", value_parser = up_to_1024)]
     pub(super) turns: NonZeroUsize,
     /// The seed of the sensor's noise and of the random reflectances.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
@@ -211,7 +219,12 @@ pub(super) struct Render {
     #[arg(long, value_name = "PIXELS", default_value_t = 128)]
     pub(super) size: usize,
     /// The relative error to stay under.
-    #[arg(long, value_name = "ERROR", default_value_t = 1e-3)]
+    #[arg(
+        long,
+        value_name = "ERROR",
+        default_value_t = 1e-3,
+        allow_negative_numbers = true
+    )]
     pub(super) tolerance: f64,
     /// The camera's height above the horizon, in degrees.
     #[arg(
@@ -230,7 +243,7 @@ pub(super) struct Render {
     )]
     pub(super) azimuth: f64,
     /// A perspective camera at this many radii from the centre, instead of an orthographic one.
-    #[arg(long, value_name = "RADII")]
+    #[arg(long, value_name = "RADII", allow_negative_numbers = true)]
     pub(super) distance: Option<f64>,
     /// Where the images go.
     #[arg(long, value_name = "DIR", default_value = "spheres")]
@@ -304,7 +317,7 @@ pub(super) struct Classify {
     #[command(flatten)]
     pub(super) lights: Lights,
     /// Where the sphere is, in pixels from the left and the top, and its radius; without it the mask (alpha) tells, or it is found.
-    #[arg(long, value_name = "X,Y,R")]
+    #[arg(long, value_name = "X,Y,R", allow_hyphen_values = true)]
     pub(super) circle: Option<Circle>,
     /// Draw each posterior, as a page.
     #[arg(long)]
@@ -316,7 +329,7 @@ pub(super) struct Classify {
     #[arg(long, value_name = "NAME", default_value = "sampled")]
     pub(super) lobe: Variant,
     /// By how many cameras all round, level and tilted, far and near, the spheres to learn from are seen.
-    #[arg(long, value_name = "N", default_value = "8")]
+    #[arg(long, value_name = "N", default_value = "8", value_parser = up_to_1024)]
     pub(super) turns: NonZeroUsize,
     /// Learn anew, without the features that an earlier run kept.
     #[arg(long)]

@@ -34,7 +34,8 @@ pub(super) fn run(options: &Classify) -> Result<()> {
     let materials = materials::load(&options.materials)?;
     let mut pages = Pages::new(options)?;
     let mut learned = None;
-    let mut failed = 0;
+    let alone = paths.len() == 1;
+    let (mut failed, mut problem) = (0, None);
     let bar = progress::bar(paths.len(), "pictures");
     for (turn, paths) in paths.chunks(AT_A_TIME).enumerate() {
         let spheres = Parallelism::Rayon.map(paths.len(), |i| {
@@ -59,17 +60,20 @@ pub(super) fn run(options: &Classify) -> Result<()> {
                 (Ok(sphere), Ok(verdict)) => Ok((sphere, verdict)),
                 (Err(error), _) | (_, Err(error)) => Err(error),
             };
-            failed += usize::from(read.is_err());
-            bar.suspend(|| tell(path, &read, names))?;
+            if let Err(error) = read {
+                failed += 1;
+                problem = Some(of_file(path, error));
+            }
+            bar.suspend(|| tell(path, &read, names, alone))?;
             pages.add(AT_A_TIME * turn + i + 1, path, &read, names)?;
         }
     }
     bar.finish_and_clear();
     pages.finish()?;
-    match failed {
-        0 => Ok(()),
-        1 if paths.len() == 1 => Err(Error::Unanswerable("the picture was not classified".into())),
-        _ => Err(Error::Unanswerable(format!(
+    match problem {
+        None => Ok(()),
+        Some(problem) if alone => Err(Error::Unanswerable(problem)),
+        Some(_) => Err(Error::Unanswerable(format!(
             "{failed} of {} pictures were not classified",
             paths.len()
         ))),
@@ -86,8 +90,8 @@ fn learn(options: &Classify, materials: &[Material]) -> Result<Model> {
 /// What was read of a picture, or why nothing was.
 type Read<'a> = std::result::Result<(&'a Sphere, &'a Verdict), &'a Error>;
 
-/// Says what a picture shows, or what is wrong with it.
-fn tell(path: &Path, read: &Read, names: &[String]) -> Result<()> {
+/// Says what a picture shows, or what is wrong with it: of one that is alone the command itself says that.
+fn tell(path: &Path, read: &Read, names: &[String], alone: bool) -> Result<()> {
     match read {
         Ok((sphere, verdict)) => {
             console::json(&line_of_json(path, sphere, verdict, names))?;
@@ -98,7 +102,7 @@ fn tell(path: &Path, read: &Read, names: &[String]) -> Result<()> {
             console::json(
                 &json!({ "file": path.display().to_string(), "error": error.to_string() }),
             )?;
-            if !console::is_json() {
+            if !console::is_json() && !alone {
                 console::complain(of_file(path, error));
             }
         }

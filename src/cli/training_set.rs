@@ -17,7 +17,7 @@ use crate::cli::{console, materials, progress, slug};
 use crate::files::{Picture, Precision, encode_exr};
 use crate::illumination::{self, EnvironmentMap, builtin};
 use crate::reflectance::{Material, Variant};
-use crate::reflection::{Camera, Renderer, Settings, SphereImage};
+use crate::reflection::{Camera, Renderer, Settings, SphereImage, check_size};
 use crate::{Error, Parallelism, Result};
 
 /// The file that describes a set: docs/training-sets.md.
@@ -168,6 +168,14 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
             }
         }
     }
+    // A light that cannot be read is found before hours of work, and leaves no folder.
+    if !out.join(INDEX).exists() {
+        for source in &sources {
+            if let Source::File(path) = source {
+                illumination::read(path, None)?;
+            }
+        }
+    }
     let _lock = begin(out, &names, &index)?;
     let reached = read_errors(&out.join(ERRORS))?;
     let errors = Mutex::new(open_errors(&out.join(ERRORS))?);
@@ -287,6 +295,7 @@ fn sources(set: &Description, folder: &Path) -> Result<(Vec<String>, Vec<Source>
 fn check(settings: &Settings, camera: &Camera) -> Result<()> {
     let map = EnvironmentMap::new("grey", 8, 4, vec![[1.0; 3]; 32])?;
     let mirror = Material::from_albedos("mirror", [0.0; 3], [1.0; 3], 0.0)?;
+    check_size(settings.size)?;
     let small = Settings {
         size: settings.size.min(8),
         ..*settings

@@ -183,6 +183,12 @@ pub(crate) fn decode_with_alpha(
     }
 }
 
+/// Whether the first bytes are those of a format that [`decode`] reads; an empty file is left to it, too.
+pub(crate) fn is_linear(bytes: &[u8]) -> bool {
+    let starts: [&[u8]; 4] = [&exr::MAGIC, b"#?", b"PF", b"Pf"];
+    bytes.is_empty() || starts.iter().any(|start| bytes.starts_with(start))
+}
+
 /// [`decode`], with what is wrong still to be put into an error.
 pub(crate) fn decode_problem(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
     if bytes.starts_with(&exr::MAGIC) {
@@ -191,6 +197,8 @@ pub(crate) fn decode_problem(bytes: &[u8]) -> std::result::Result<Picture, Probl
         hdr::decode(bytes)
     } else if bytes.starts_with(b"PF") || bytes.starts_with(b"Pf") {
         pfm::decode(bytes)
+    } else if bytes.is_empty() {
+        Err(Problem::new("the file is empty", "fetch it again"))
     } else {
         Err(Problem::new(
             "the file is none of OpenEXR, Radiance and PFM",

@@ -109,6 +109,9 @@ pub struct LightSpectrum {
     pub clipped_eta: f64,
 }
 
+/// The power, as a share of that of degree 0, below which it is rounding: amplitudes of 10⁻¹³.
+const ROUNDING: f64 = 1e-26;
+
 impl LightSpectrum {
     /// The degrees of the fit, both included; the last is less where the spectrum ends before it.
     pub const FIT_RANGE: (usize, usize) = (2, 64);
@@ -118,9 +121,16 @@ impl LightSpectrum {
     /// The spectrum of a map up to `degree`, or up to what the map carries where that is less.
     ///
     /// # Errors
-    /// Those of [`PowerLaw::fit`]: a uniform map has no law.
+    /// [`Error::Domain`] for a degree, or a map, too small to fit a law to; [`Error::Unanswerable`] for a uniform map, which has no law.
     pub fn of(map: &EnvironmentMap, degree: usize, parallelism: Parallelism) -> Result<Self> {
         let degree = degree.min(map.max_degree()?);
+        if degree < Self::FIT_RANGE.0 + 2 {
+            return Err(Error::Domain {
+                what: "the degree of a spectrum of light",
+                value: degree as f64,
+                allowed: "at least 4, for a law to be fitted; a map of n rows carries (n − 1)/2",
+            });
+        }
         let coefficients = map.coefficients(degree, parallelism)?;
         let luminance = average_power(&luminance(&coefficients)?);
         let clipped = map.clipped(Self::CLIPPED_SHARE)?;
@@ -129,7 +139,19 @@ impl LightSpectrum {
         let channels = [0, 1, 2].map(|c| average_power(&coefficients[c]));
 
         let (first, last) = (Self::FIT_RANGE.0, Self::FIT_RANGE.1.min(degree));
-        let eta = |power: &[f64]| PowerLaw::fit(power, first, last).map(|law| law.eta);
+        let fit = |power: &[f64]| {
+            // What is left of a constant is rounding.
+            if power[first..=last]
+                .iter()
+                .all(|b| *b <= ROUNDING * power[0])
+            {
+                return Err(Error::Unanswerable(
+                    "the map is uniform, which leaves nothing to fit a law to".into(),
+                ));
+            }
+            PowerLaw::fit(power, first, last)
+        };
+        let eta = |power: &[f64]| fit(power).map(|law| law.eta);
         let etas = [0, 1, 2].map(|channel| eta(&channels[channel]).ok());
         let cross = cross_power(&coefficients[0], &coefficients[2])?;
         let coherence = (first..=last)
@@ -137,7 +159,7 @@ impl LightSpectrum {
             .sum::<f64>()
             / (last - first + 1) as f64;
         Ok(Self {
-            law: PowerLaw::fit(&luminance, first, last)?,
+            law: fit(&luminance)?,
             luminance,
             channels,
             etas,

@@ -96,7 +96,7 @@ impl SphereImage {
     }
 }
 
-pub(super) fn check_size(size: usize) -> Result<()> {
+pub(crate) fn check_size(size: usize) -> Result<()> {
     if (1..=1 << 14).contains(&size) {
         Ok(())
     } else {

@@ -22,6 +22,8 @@ mod renderer;
 
 pub use camera::{Camera, Sight};
 pub use image::SphereImage;
+#[cfg(feature = "cli")]
+pub(crate) use image::check_size;
 pub use operator::{Operator, Viewpoint};
 pub use operator_table::{OperatorSet, OperatorTable};
 pub use reference::{Reference, reference};
