@@ -582,46 +582,61 @@ pub(crate) fn spheres(bytes: &[u8]) {
             wild || seen.iter().all(|v| (0.0..=1.0 + 1e-9).contains(v)) || !direction.is_finite()
         );
         let _ = LightSpectrum::of(map, rest.up_to(12), Sequential);
-        if let (Ok(renderer), true) = (
-            Renderer::new(map, Sequential),
-            map.pixels().as_flattened().iter().all(|v| *v < 1e100),
-        ) {
-            let (variant, sigma) = (rest.variant(), 0.05 + 0.9 * rest.share());
-            let material = match rest.up_to(2) {
-                0 => Material::from_albedos("m", [0.5 * rest.share(); 3], [0.5; 3], sigma),
-                1 => Material::from_albedos("m", [0.0; 3], [1.0; 3], 0.0),
-                _ => Material::from_albedos("m", [1.0, 0.5, 0.2], [0.0; 3], 0.0),
-            };
-            let settings = Settings {
-                size: if rest.up_to(31) == 0 {
-                    rest.count(6)
-                } else {
-                    rest.up_to(6)
-                },
-                tolerance: if rest.flag() { 0.1 } else { rest.number() },
-                pixel_samples: 1 + rest.up_to(1),
-            };
-            let rolled = camera.rolled(rest.number());
-            // What is finer takes long.
-            if let (Ok(material), true) = (
-                material,
-                !(settings.tolerance < 1e-2 && settings.tolerance > 0.0),
-            ) {
-                let made = renderer.render(&material, variant, &rolled, &settings, Sequential);
-                if let Ok(made) = made {
-                    for (_, _, rgb) in made.image.iter() {
-                        assert!(rgb.iter().all(|v| *v >= 0.0 && v.is_finite()), "{rgb:?}");
-                    }
-                }
-            }
+        // Light is made ready by a part of a second of work: mostly for a map that stays.
+        let bright = map.pixels().as_flattened().iter().any(|v| *v >= 1e100);
+        if rest.up_to(31) > 0 {
+            render(lamp(), &camera, &mut rest);
+        } else if let (Ok(renderer), false) = (Renderer::new(map, Sequential), bright) {
+            render(&renderer, &camera, &mut rest);
         }
     }
+    let which = rest.up_to(4);
     let size = rest.up_to(24);
     let count = rest.near(size * size);
     let pixels: Vec<[f64; 3]> = (0..count).map(|_| pixel(&mut rest)).collect();
     let camera = Camera::orthographic(DVec3::Z, DVec3::Y).expect("a plain camera");
     if let Ok(image) = SphereImage::new(camera, size, pixels) {
-        read_image(&image, wild);
+        read_image(&image, which, wild);
+    }
+}
+
+/// A map with a lamp in it.
+fn lamp() -> &'static Renderer {
+    static LAMP: std::sync::OnceLock<Renderer> = std::sync::OnceLock::new();
+    LAMP.get_or_init(|| {
+        let mut pixels = vec![[0.2, 0.3, 0.5]; 32 * 16];
+        pixels[100] = [300.0, 200.0, 100.0];
+        let map = EnvironmentMap::new("lamp", 32, 16, pixels).expect("a map");
+        Renderer::new(&map, Sequential).expect("a renderer")
+    })
+}
+
+fn render(renderer: &Renderer, camera: &Camera, rest: &mut Bytes) {
+    let (variant, sigma) = (rest.variant(), 0.05 + 0.9 * rest.share());
+    let material = match rest.up_to(2) {
+        0 => Material::from_albedos("m", [0.5 * rest.share(); 3], [0.5; 3], sigma),
+        1 => Material::from_albedos("m", [0.0; 3], [1.0; 3], 0.0),
+        _ => Material::from_albedos("m", [1.0, 0.5, 0.2], [0.0; 3], 0.0),
+    };
+    let settings = Settings {
+        size: if rest.up_to(31) == 0 {
+            rest.count(6)
+        } else {
+            rest.up_to(6)
+        },
+        tolerance: if rest.flag() { 0.1 } else { rest.number() },
+        pixel_samples: 1 + rest.up_to(1),
+    };
+    let rolled = camera.rolled(rest.number());
+    // What is finer takes long.
+    let fine = settings.tolerance < 1e-2 && settings.tolerance > 0.0;
+    let (Ok(material), false) = (material, fine) else {
+        return;
+    };
+    if let Ok(made) = renderer.render(&material, variant, &rolled, &settings, Sequential) {
+        for (_, _, rgb) in made.image.iter() {
+            assert!(rgb.iter().all(|v| *v >= 0.0 && v.is_finite()), "{rgb:?}");
+        }
     }
 }
 
@@ -635,7 +650,8 @@ struct Readers {
     log: LogReader,
 }
 
-fn read_image(image: &SphereImage, wild: bool) {
+/// Reads the features of one kind.
+fn read_image(image: &SphereImage, which: usize, wild: bool) {
     static READERS: std::sync::OnceLock<Readers> = std::sync::OnceLock::new();
     let readers = READERS.get_or_init(|| {
         let layout = RingLayout::new(Viewpoint::Orthographic, 33, 32).expect("a layout");
@@ -649,23 +665,35 @@ fn read_image(image: &SphereImage, wild: bool) {
         }
     });
     let of_number = |features: &[f64]| assert!(wild || all_finite(features), "{features:?}");
-    if let Ok(features) = PaperFeatures::of_image(&readers.spectrum, image) {
-        of_number(&features.to_array());
-    }
-    if let Ok(features) = readers.needlets.of(image) {
-        of_number(&features);
-    }
-    if let Ok(features) = readers.unbiased.of(image) {
-        of_number(&features);
-    }
-    if let Ok(features) = readers.log.features(image) {
-        of_number(&features);
-    }
-    if let Ok(unwrapped) = Unwrapped::new(image, &readers.layout) {
-        let _ = DrorFeatures::of(&unwrapped);
-        if let Ok(features) = readers.bands.of(&unwrapped) {
-            of_number(&features);
+    match which {
+        0 => {
+            if let Ok(features) = PaperFeatures::of_image(&readers.spectrum, image) {
+                of_number(&features.to_array());
+            }
         }
-        let _ = Modes::of(&unwrapped, &readers.layout, |[r, g, b]| [r + g + b]);
+        1 => {
+            if let Ok(features) = readers.needlets.of(image) {
+                of_number(&features);
+            }
+        }
+        2 => {
+            if let Ok(features) = readers.unbiased.of(image) {
+                of_number(&features);
+            }
+        }
+        3 => {
+            if let Ok(features) = readers.log.features(image) {
+                of_number(&features);
+            }
+        }
+        _ => {
+            if let Ok(unwrapped) = Unwrapped::new(image, &readers.layout) {
+                let _ = DrorFeatures::of(&unwrapped);
+                if let Ok(features) = readers.bands.of(&unwrapped) {
+                    of_number(&features);
+                }
+                let _ = Modes::of(&unwrapped, &readers.layout, |[r, g, b]| [r + g + b]);
+            }
+        }
     }
 }
