@@ -215,7 +215,7 @@ fn bad_radiance_headers_are_named() {
             "header does not end",
         ),
         (b"GIF89a".to_vec(), "none of OpenEXR, Radiance and PFM"),
-        (Vec::new(), "none of OpenEXR, Radiance and PFM"),
+        (Vec::new(), "is empty"),
         (b"PF\n4 -4\n1.0\n".to_vec(), "its size reads"),
         (b"PF\n1 1\n0\n".to_vec(), "its scale reads"),
     ] {
