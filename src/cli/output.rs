@@ -201,7 +201,7 @@ impl OutputFolder {
 
     fn unwritten(&self, name: &str, error: &std::io::Error) -> Error {
         Error::file(
-            &self.folder.join(name),
+            self.folder.join(name),
             format!("cannot be written ({error})"),
             "make room or name another folder with --out",
         )
