@@ -584,7 +584,7 @@ pub(crate) fn spheres(bytes: &[u8]) {
         let _ = LightSpectrum::of(map, rest.up_to(12), Sequential);
         // Light is made ready by a part of a second of work: mostly for a map that stays.
         let bright = map.pixels().as_flattened().iter().any(|v| *v >= 1e100);
-        if rest.up_to(31) > 0 {
+        if rest.byte() < 255 {
             render(lamp(), &camera, &mut rest);
         } else if let (Ok(renderer), false) = (Renderer::new(map, Sequential), bright) {
             render(&renderer, &camera, &mut rest);
@@ -629,7 +629,7 @@ fn render(renderer: &Renderer, camera: &Camera, rest: &mut Bytes) {
     };
     let rolled = camera.rolled(rest.number());
     // What is finer takes long.
-    let fine = settings.tolerance < 1e-2 && settings.tolerance > 0.0;
+    let fine = settings.tolerance < 5e-2 && settings.tolerance > 0.0;
     let (Ok(material), false) = (material, fine) else {
         return;
     };
