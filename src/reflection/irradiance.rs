@@ -11,6 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
+use super::hat::Hat;
 use super::kernel::to_map;
 use crate::harmonics::{Coefficients, Transform};
 use crate::illumination::EnvironmentMap;
@@ -42,10 +43,14 @@ const BRIGHTEST: usize = 1024;
 /// Hats that are summed together.
 const LANES: usize = 8;
 
-/// One that holds more than this is integrated exactly where the horizon cuts it.
-const LARGE_SHARE: f64 = 1e-3;
+/// What cutting a hat as if it were flat costs at the most, relative to what it holds, times sin θ over the square of the map's
+/// step: the largest of many hats and horizons is 0.0114.
+const FLAT_ERROR: f64 = 0.0125;
 
-/// What cutting small hats as if they were flat costs, relative: the kinks of many go both ways.
+/// A hat is cut exactly where cutting it as if it were flat might cost more than this share of what is allowed.
+const FLAT_SHARE: f64 = 0.01;
+
+/// What cutting all hats as if they were flat costs, relative: the kinks of many go both ways.
 const SUM_ERROR: f64 = 1e-6;
 
 /// Normals at which the table is compared with the sum over all pixels.
@@ -71,10 +76,18 @@ struct Hats {
     /// Nearer to the horizon than this, n · ∫ ω dω is not the whole truth.
     near: [f64; LANES],
     light: [[f64; LANES]; 3],
-    /// The row and the column.
-    place: [(u32, u32); LANES],
-    /// Whether it holds so much light that the horizon is to cut it exactly.
-    large: [bool; LANES],
+    /// θ and ψ.
+    place: [[f64; 2]; LANES],
+    axes: [Axes; LANES],
+    /// What it may cost to cut it as if it were flat.
+    flat: [f64; LANES],
+}
+
+/// How the direction changes from one pixel to the next: down a column of the map, and along a row.
+#[derive(Debug, Clone, Copy, Default)]
+struct Axes {
+    down: DVec3,
+    along: DVec3,
 }
 
 /// The table of a map, and its brightest pixels.
@@ -124,7 +137,7 @@ impl IrradianceTable {
         }
         let (groups, hats) = bright
             .chunks(LANES)
-            .map(|indices| group(map, &moments, indices, LARGE_SHARE * total))
+            .map(|indices| group(map, &moments, indices))
             .unzip();
         let rows = if height > FINE { height } else { 2 * height };
         let grid = Grid::fejer(rows, 2 * rows)?;
@@ -204,9 +217,11 @@ impl IrradianceTable {
     /// summed: a thousand times slower, for normals that see next to nothing of light that others see.
     pub(super) fn irradiance(&self, normal: DVec3, tolerance: f64, floor: f64) -> ([f64; 3], f64) {
         let normal = to_map(normal);
-        let bright = self.sum_of_bright(normal);
+        let rest = self.look_up(normal);
+        let least = tolerance * floor.max(rest.iter().sum::<f64>() / 3.0);
+        let bright = self.sum_of_bright(normal, FLAT_SHARE * least);
         let add = |rest: [f64; 3]| std::array::from_fn(|channel| bright[channel] + rest[channel]);
-        let value: [f64; 3] = add(self.look_up(normal));
+        let value: [f64; 3] = add(rest);
         if self.error <= tolerance * floor.max(value.iter().sum::<f64>() / 3.0) {
             return (value, self.error);
         }
@@ -214,8 +229,13 @@ impl IrradianceTable {
         (value, SUM_ERROR * value.iter().sum::<f64>() / 3.0)
     }
 
-    /// What the bright pixels give.
-    fn sum_of_bright(&self, normal: DVec3) -> [f64; 3] {
+    /// About the irradiance at a direction of the map's frame, without what the bright pixels give.
+    pub(super) fn of_the_rest(&self, normal: DVec3) -> [f64; 3] {
+        self.look_up(normal)
+    }
+
+    /// What the bright pixels give, each to about `allowed`.
+    fn sum_of_bright(&self, normal: DVec3, allowed: f64) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (group, hats) in self.groups.iter().zip(&self.hats) {
             let height = normal.dot(group.axis);
@@ -226,12 +246,18 @@ impl IrradianceTable {
             } else if height > -group.sin {
                 for lane in 0..LANES {
                     let vector = DVec3::new(hats.x[lane], hats.y[lane], hats.z[lane]);
-                    let height = if !hats.large[lane] {
-                        self.height(normal, vector, hats.near[lane], hats.place[lane])
-                    } else if normal.dot(vector).abs() < hats.near[lane] {
-                        self.cut(normal, hats.place[lane])
+                    let height = normal.dot(vector);
+                    let height = if height.abs() >= hats.near[lane] {
+                        height.max(0.0)
+                    } else if hats.flat[lane] > allowed {
+                        let [theta, psi] = hats.place[lane];
+                        Hat::new(self.step, theta, psi).above_the_horizon(
+                            normal,
+                            &self.rule,
+                            |direction| normal.dot(direction),
+                        )
                     } else {
-                        normal.dot(vector).max(0.0)
+                        straddling(normal, vector, &hats.axes[lane])
                     };
                     for channel in 0..3 {
                         sum[channel] += height * hats.light[channel][lane];
@@ -249,16 +275,19 @@ impl IrradianceTable {
         for (row, &(across, polar, _)) in self.moments.iter().enumerate() {
             let pixels = &self.rest[row * self.circle.len()..];
             let near = 2.1 * self.step * (across * along).hypot(polar * self.step);
-            for (column, (&(sin, cos), pixel)) in self.circle.iter().zip(pixels).enumerate() {
+            let ring = (self.step * (row as f64 + 0.5)).sin_cos();
+            for (&circle, pixel) in self.circle.iter().zip(pixels) {
+                let (sin, cos) = circle;
                 let vector = DVec3::new(
                     across * along * cos,
                     across * along * sin,
                     polar * self.step,
                 );
-                let height = normal.dot(vector);
+                let mut height = normal.dot(vector);
                 if height > -near {
-                    let place = (row as u32, column as u32);
-                    let height = self.height(normal, vector, near, place);
+                    if height < near {
+                        height = straddling(normal, vector, &Axes::new(self.step, ring, circle));
+                    }
                     for channel in 0..3 {
                         sum[channel] += height * pixel[channel];
                     }
@@ -266,101 +295,6 @@ impl IrradianceTable {
             }
         }
         sum
-    }
-
-    /// ∫ max(n·ω, 0) over a hat with the vector ∫ ω dω.
-    fn height(&self, normal: DVec3, vector: DVec3, near: f64, place: (u32, u32)) -> f64 {
-        let height = normal.dot(vector);
-        if height.abs() < near {
-            self.straddling(normal, vector, place)
-        } else {
-            height.max(0.0)
-        }
-    }
-
-    /// ∫ max(n·ω, 0) over a hat that the horizon may cut, on lines along which the height changes most.
-    fn cut(&self, normal: DVec3, (row, column): (u32, u32)) -> f64 {
-        let middle = self.step * (f64::from(row) + 0.5);
-        let psi = self.step * (f64::from(column) + 0.5);
-        let (sin, cos) = middle.sin_cos();
-        let (sin_psi, cos_psi) = psi.sin_cos();
-        let down = normal.dot(DVec3::new(cos * cos_psi, cos * sin_psi, -sin));
-        let along = sin * normal.dot(DVec3::new(-sin_psi, cos_psi, 0.0));
-        let swap = along.abs() > down.abs();
-        // The height at a place of the hat, and the sine that goes with it.
-        let height = |offset: f64, t: f64| {
-            let (u, v) = if swap { (offset, t) } else { (t, offset) };
-            let (sin, cos) = (middle + u * self.step).sin_cos();
-            let (sin_psi, cos_psi) = (psi + v * self.step).sin_cos();
-            let height = normal.dot(DVec3::new(sin * cos_psi, sin * sin_psi, cos));
-            (height, sin)
-        };
-        let mut sum = 0.0;
-        for (offset, weight) in halves(&self.rule, -1.0, 1.0) {
-            let (mut low, mut high) = (-1.0, 1.0);
-            let (start, end) = (height(offset, low).0, height(offset, high).0);
-            if start <= 0.0 && end <= 0.0 {
-                continue;
-            }
-            if start < 0.0 || end < 0.0 {
-                // All but linear: a few steps of regula falsi.
-                let (mut a, mut b, mut ya, mut yb) = (low, high, start, end);
-                let mut root = 0.0;
-                for _ in 0..4 {
-                    root = a - ya * (b - a) / (yb - ya);
-                    let y = height(offset, root).0;
-                    if (y < 0.0) == (ya < 0.0) {
-                        (a, ya) = (root, y);
-                    } else {
-                        (b, yb) = (root, y);
-                    }
-                }
-                if start < 0.0 {
-                    low = root;
-                } else {
-                    high = root;
-                }
-            }
-            for (t, inner) in halves(&self.rule, low, high) {
-                let (height, sin) = height(offset, t);
-                sum += weight * (1.0 - offset.abs()) * inner * (1.0 - t.abs()) * sin * height;
-            }
-        }
-        sum * self.step * self.step
-    }
-
-    /// ∫ max(n·ω, 0) over a hat at the horizon: its heights are those of a sum of two triangular distributions.
-    fn straddling(&self, normal: DVec3, vector: DVec3, (row, column): (u32, u32)) -> f64 {
-        let mass = vector.length();
-        let height = normal.dot(vector) / mass;
-        let (sin, cos) = (self.step * (f64::from(row) + 0.5)).sin_cos();
-        let (sin_psi, cos_psi) = (self.step * (f64::from(column) + 0.5)).sin_cos();
-        let down = DVec3::new(cos * cos_psi, cos * sin_psi, -sin);
-        let along = DVec3::new(-sin_psi, cos_psi, 0.0);
-        let a = self.step * normal.dot(down).abs();
-        let b = self.step * sin * normal.dot(along).abs();
-        let (wide, slim) = (a.max(b), a.min(b));
-        if height.abs() >= wide + slim {
-            return mass * height.max(0.0);
-        }
-        // E max(y + T, 0) for T triangular on [−1, 1].
-        let mean = |y: f64| y.max(0.0) + (1.0 - y.abs()).max(0.0).powi(3) / 6.0;
-        // Gauss's rule with four nodes on [0, 1].
-        let nodes = [
-            (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
-            (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
-            (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
-            (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
-        ];
-        let sum: f64 = nodes
-            .iter()
-            .map(|&(t, weight)| {
-                weight
-                    * (1.0 - t)
-                    * (mean((height + slim * t) / wide) + mean((height - slim * t) / wide))
-            })
-            .sum();
-        mass * wide * sum
     }
 
     /// The table's value, interpolated.
@@ -390,13 +324,48 @@ impl IrradianceTable {
     }
 }
 
-/// Up to [`LANES`] pixels as a group; what of them is above `large` is cut exactly.
-fn group(
-    map: &EnvironmentMap,
-    moments: &[(f64, f64, f64)],
-    indices: &[usize],
-    large: f64,
-) -> (Group, Hats) {
+impl Axes {
+    /// Those of a pixel at (sin θ, cos θ) and (sin ψ, cos ψ).
+    fn new(step: f64, (sin, cos): (f64, f64), (sin_psi, cos_psi): (f64, f64)) -> Self {
+        Self {
+            down: step * DVec3::new(cos * cos_psi, cos * sin_psi, -sin),
+            along: step * sin * DVec3::new(-sin_psi, cos_psi, 0.0),
+        }
+    }
+}
+
+/// ∫ max(n·ω, 0) over a hat at the horizon: its heights are those of a sum of two triangular distributions.
+fn straddling(normal: DVec3, vector: DVec3, axes: &Axes) -> f64 {
+    let mass = vector.length();
+    let height = normal.dot(vector) / mass;
+    let a = normal.dot(axes.down).abs();
+    let b = normal.dot(axes.along).abs();
+    let (wide, slim) = (a.max(b), a.min(b));
+    if height.abs() >= wide + slim {
+        return mass * height.max(0.0);
+    }
+    // E max(y + T, 0) for T triangular on [−1, 1].
+    let mean = |y: f64| y.max(0.0) + (1.0 - y.abs()).max(0.0).powi(3) / 6.0;
+    // Gauss's rule with four nodes on [0, 1].
+    let nodes = [
+        (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+        (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+        (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+        (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+    ];
+    let sum: f64 = nodes
+        .iter()
+        .map(|&(t, weight)| {
+            weight
+                * (1.0 - t)
+                * (mean((height + slim * t) / wide) + mean((height - slim * t) / wide))
+        })
+        .sum();
+    mass * wide * sum
+}
+
+/// Up to [`LANES`] pixels as a group.
+fn group(map: &EnvironmentMap, moments: &[(f64, f64, f64)], indices: &[usize]) -> (Group, Hats) {
     let (width, step) = (map.width(), PI / map.height() as f64);
     let along = along(step);
     let mut hats = Hats {
@@ -405,8 +374,9 @@ fn group(
         z: [0.0; LANES],
         near: [0.0; LANES],
         light: [[0.0; LANES]; 3],
-        place: [(0, 0); LANES],
-        large: [false; LANES],
+        place: [[0.0; 2]; LANES],
+        axes: [Axes::default(); LANES],
+        flat: [0.0; LANES],
     };
     let mut vectors = [DVec3::ZERO; 3];
     let mut directions = [DVec3::ZERO; LANES];
@@ -423,8 +393,11 @@ fn group(
             hats.light[channel][lane] = pixel[channel];
             vectors[channel] += pixel[channel] * vector;
         }
-        hats.place[lane] = (row as u32, column as u32);
-        hats.large[lane] = pixel.iter().sum::<f64>() * moments[row].2 > large;
+        hats.place[lane] = [row, column].map(|index| step * (index as f64 + 0.5));
+        let ring = (step * (row as f64 + 0.5)).sin_cos();
+        hats.axes[lane] = Axes::new(step, ring, (sin, cos));
+        let held = pixel.iter().copied().fold(0.0, f64::max) * vector.length();
+        hats.flat[lane] = held * FLAT_ERROR * step * step / ring.0;
     }
     let directions = &directions[..indices.len()];
     let axis = directions.iter().sum::<DVec3>().normalize_or(DVec3::Z);
@@ -435,19 +408,6 @@ fn group(
         + 2.1 * step;
     let sin = if radius < 1.5 { radius.sin() } else { 2.0 };
     (Group { axis, sin, vectors }, hats)
-}
-
-/// Gauss's nodes on [low, high], cut at 0, where a hat has its kink.
-fn halves(rule: &Rule, low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
-    let pieces = [(low.min(0.0), high.min(0.0)), (low.max(0.0), high.max(0.0))];
-    pieces.into_iter().flat_map(move |(from, to)| {
-        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-        rule.nodes
-            .iter()
-            .zip(&rule.weights)
-            .filter(move |_| half > 0.0)
-            .map(move |(node, weight)| (middle + half * node, half * weight))
-    })
 }
 
 /// ∫ Λ cos δ dδ over a hat of the width of a column.

@@ -211,6 +211,36 @@ impl<S: Simd> RowLobe<S> {
     }
 }
 
+/// The lobe along a line of equal height over the horizon: 1 + v·i is a cosine wave in the azimuth about the normal.
+#[derive(Clone, Copy)]
+pub(super) struct LineLobe<S: Simd> {
+    shape: Shape<S>,
+    height: f64x8<S>,
+    middle: f64x8<S>,
+    swing: f64x8<S>,
+}
+
+impl<S: Simd> LineLobe<S> {
+    /// The line of the light's cosine `height`, where v·i swings by `swing`, the product of both sines.
+    #[inline(always)]
+    pub(super) fn new(simd: S, lobe: &LobeAt, height: f64, swing: f64) -> Self {
+        let splat = |value| f64x8::splat(simd, value);
+        Self {
+            shape: Shape::new(simd, lobe),
+            height: splat(height),
+            middle: splat(1.0 + height * lobe.cosine),
+            swing: splat(-swing),
+        }
+    }
+
+    /// The lobe at the cosines of eight azimuths, counted from the mirror's direction.
+    #[inline(always)]
+    pub(super) fn evaluate(&self, simd: S, cos: f64x8<S>) -> f64x8<S> {
+        let half = self.swing.mul_add(cos, self.middle);
+        self.shape.at(simd, self.height, half, Part::Whole)
+    }
+}
+
 /// The factor of [`LobeAt::scale`] beside 1/(4πσ²), for a lobe whose [`RowLobe::evaluate`] leaves it out.
 pub(super) fn factor(variant: Variant, cosine: f64, share_above_horizon: f64) -> f64 {
     match variant {
@@ -232,6 +262,12 @@ fn smooth<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
         splat(35.0),
     );
     square * square * polynomial
+}
+
+/// The step s of [`Part`] at one place.
+pub(super) fn smooth_step(x: f64) -> f64 {
+    let x = x.clamp(0.0, 1.0);
+    x.powi(4) * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)))
 }
 
 /// The step S of [`Part`]: ½ + (35/512) ∫₀ˣ (1 − t²)³ (27 − 99 t²) dt.

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use fearless_simd::{f64x8, prelude::*};
 use glam::DVec3;
 
+use super::hat::{Hat, halves};
 use super::kernel::{LobeAt, PointLobe, to_map};
 use crate::illumination::EnvironmentMap;
 use crate::sphere::Rule;
@@ -127,6 +128,12 @@ impl Lamps {
         (lamps, pixels)
     }
 
+    /// Whether any lamp's hat is nearer than `reach` to `centre`.
+    pub(super) fn any(&self, centre: DVec3, reach: f64) -> bool {
+        let far = (reach + 1.5 * self.step).min(PI).cos();
+        self.lamps.iter().any(|lamp| lamp.axis.dot(centre) >= far)
+    }
+
     /// ∫ K L dω over the lamps for a lobe K that is `narrow` wide and nothing farther than `reach` from `centre`, to about 10⁻³, or
     /// with a finer rule by `more`.
     #[inline(always)]
@@ -170,7 +177,9 @@ impl Lamps {
             }
             if cut {
                 for lamp in lamps {
-                    let value = self.over_the_horizon(lobe, lamp, gauss);
+                    let hat = Hat::new(self.step, lamp.theta, lamp.psi);
+                    let value =
+                        hat.above_the_horizon(lobe.normal, gauss, |light| lobe.value(light));
                     for channel in 0..3 {
                         total[channel] += value * lamp.light[channel];
                     }
@@ -189,76 +198,6 @@ impl Lamps {
         }
         std::array::from_fn(|channel| total[channel] + sums[channel].reduce_sum())
     }
-
-    /// ∫ K Λ dω over what of a lamp's hat Λ is above the horizon.
-    fn over_the_horizon(&self, lobe: &LobeAt, lamp: &Lamp, gauss: &Rule) -> f64 {
-        let (sin, cos) = lamp.theta.sin_cos();
-        let (sin_psi, cos_psi) = lamp.psi.sin_cos();
-        let down = lobe
-            .normal
-            .dot(DVec3::new(cos * cos_psi, cos * sin_psi, -sin));
-        let along = sin * lobe.normal.dot(DVec3::new(-sin_psi, cos_psi, 0.0));
-        let swap = along.abs() > down.abs();
-        // Lines along which the height changes most, and on each of them what is above the horizon.
-        let mut sum = 0.0;
-        for (offset, weight) in halves(gauss, -1.0, 1.0) {
-            let at = |t: f64| {
-                let (u, v) = if swap { (offset, t) } else { (t, offset) };
-                (lamp.theta + u * self.step, lamp.psi + v * self.step)
-            };
-            let height = |t: f64| {
-                let (theta, psi) = at(t);
-                lobe.normal.dot(direction(theta, psi))
-            };
-            let (mut low, mut high) = (-1.0, 1.0);
-            let (start, end) = (height(low), height(high));
-            if start <= 0.0 && end <= 0.0 {
-                continue;
-            }
-            if start < 0.0 || end < 0.0 {
-                // The height is all but linear: two steps of regula falsi.
-                let (mut a, mut b, mut ya, mut yb) = (low, high, start, end);
-                let mut root = 0.0;
-                for _ in 0..3 {
-                    root = a - ya * (b - a) / (yb - ya);
-                    let y = height(root);
-                    if (y < 0.0) == (ya < 0.0) {
-                        (a, ya) = (root, y);
-                    } else {
-                        (b, yb) = (root, y);
-                    }
-                }
-                if start < 0.0 {
-                    low = root;
-                } else {
-                    high = root;
-                }
-            }
-            for (t, inner) in halves(gauss, low, high) {
-                let (theta, psi) = at(t);
-                sum += weight
-                    * (1.0 - offset.abs())
-                    * inner
-                    * (1.0 - t.abs())
-                    * theta.sin()
-                    * lobe.value(direction(theta, psi));
-            }
-        }
-        sum * self.step * self.step
-    }
-}
-
-/// Gauss's nodes on [low, high], cut at 0, where a hat has its kink.
-fn halves(rule: &Rule, low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
-    let pieces = [(low.min(0.0), high.min(0.0)), (low.max(0.0), high.max(0.0))];
-    pieces.into_iter().flat_map(move |(from, to)| {
-        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-        rule.nodes
-            .iter()
-            .zip(&rule.weights)
-            .filter(move |_| half > 0.0)
-            .map(move |(node, weight)| (middle + half * node, half * weight))
-    })
 }
 
 /// A rule for ∫ (1 − |t|) f(t) dt over [−1, 1].

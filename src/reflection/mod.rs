@@ -7,6 +7,7 @@
 
 mod camera;
 mod cells;
+mod hat;
 mod image;
 mod irradiance;
 mod kernel;
@@ -19,6 +20,7 @@ mod pyramid;
 mod reference;
 mod region;
 mod renderer;
+mod strip;
 
 pub use camera::{Camera, Sight};
 pub use image::SphereImage;

@@ -12,6 +12,7 @@ use super::kernel::{LobeAt, Part, factor, to_map};
 use super::lamps::Lamps;
 use super::pyramid::Pyramid;
 use super::region::Region;
+use super::strip::Strip;
 use super::{Camera, Sight, SphereImage};
 use crate::illumination::EnvironmentMap;
 use crate::reflectance::{Material, Variant, Ward};
@@ -61,6 +62,7 @@ pub struct Renderer {
     /// Of the map without its lamps.
     pyramid: Pyramid,
     cells: Cells,
+    strip: Strip,
     irradiance: IrradianceTable,
     /// The light from everywhere: 4π times the map's mean over directions, of the brightest channel.
     flux: f64,
@@ -181,6 +183,7 @@ impl Renderer {
             pyramid: Pyramid::new(&rest, refined.width(), refined.height(), simd, parallelism),
             brightest: brightest(map.pixels()),
             brightest_rest: brightest(&rest),
+            strip: Strip::new(&rest, refined.width()),
             cells: Cells::new(&refined, rest),
             irradiance: IrradianceTable::new(&refined, parallelism)?,
             flux: 4.0 * PI * map.mean().into_iter().fold(0.0, f64::max),
@@ -389,6 +392,8 @@ impl Renderer {
     fn lobe(&self, specular: &Specular, sight: &Sight, cosine: f64, goal: Goal) -> Estimate {
         let at = LobeSight::new(specular, sight, cosine);
         let digits = goal.digits();
+        // Dimmer than the light about the mirror's direction: a lobe followed too far costs less than one followed twice.
+        let guess = DIM * mean(&self.irradiance.of_the_rest(at.mirror)) / PI;
         let mut best = None;
         if let Some(base) = self.pyramid.level(at.narrow / (STEPS * digits)) {
             // They are few: as far as the darkest sight needs.
@@ -397,8 +402,8 @@ impl Renderer {
             let lamps = dispatch!(self.simd, simd => {
                 self.lamps.integrate(simd, &at.lobe, at.mirror, reach, at.narrow, more)
             });
-            let estimate = self.refine(base, Light::WithoutLamps, lamps, &at, goal);
-            if estimate.error <= goal.allowed(mean(&estimate.value)) {
+            let estimate = self.refine(base, Light::WithoutLamps, lamps, &at, guess, goal);
+            if estimate.error <= 1.1 * goal.allowed(mean(&estimate.value)) {
                 return estimate;
             }
             best = Some(estimate);
@@ -408,20 +413,28 @@ impl Renderer {
             .doublings(at.narrow * PART)
             .unwrap_or(MAX_DOUBLINGS) as usize;
         let base = self.pyramid.finest() + doublings;
-        let estimate = self.refine(base, Light::All, [0.0; 3], &at, goal);
+        if cosine < SLANTED
+            && best.is_none()
+            && let Some(estimate) = self.slanted(&at, guess, goal)
+        {
+            return estimate;
+        }
+        let estimate = self.refine(base, Light::All, [0.0; 3], &at, guess, goal);
         match best {
             Some(best) if best.error <= estimate.error => best,
             _ => estimate,
         }
     }
 
-    /// A lobe's integral to which `lamps` is to be added, from the grid `base` on to finer ones until two agree.
+    /// A lobe's integral to which `lamps` is to be added, from the grid `base` on to finer ones until two agree. It is about `guess`
+    /// or more.
     fn refine(
         &self,
         base: usize,
         light: Light,
         lamps: [f64; 3],
         at: &LobeSight,
+        guess: f64,
         goal: Goal,
     ) -> Estimate {
         let cut = at.jump > JUMP * goal.wanted.tolerance;
@@ -430,6 +443,7 @@ impl Renderer {
         // Only over less than what the lobe changes over: on a somewhat finer grid, or apart from the rest.
         let apart = |rung: usize| cut && soft * self.step(rung) > 0.5 * at.lobe.cosine;
         let base = (base..base + FINER)
+            .take_while(|&rung| rung == base || self.step(rung) > self.strip.pixel())
             .find(|&rung| !apart(rung))
             .unwrap_or(base);
         let apart = apart(base);
@@ -447,11 +461,11 @@ impl Renderer {
             };
             self.on_grid(rung, light, &at.lobe, &region, part)
         };
-        // As if the lobe saw the mean light; if it sees less, farther.
-        let mut allowed = goal.allowed(self.flux / (4.0 * PI));
+        let mut allowed = goal.allowed(guess + mean(&lamps));
         let tail = self.tail(at, light);
         let (mut reach, mut value);
         loop {
+            // If it sees less, farther.
             reach = exponent(tail, allowed) + 0.5;
             value = softened(base, reach);
             allowed = goal.allowed(mean(&value) + mean(&lamps));
@@ -473,6 +487,7 @@ impl Renderer {
             let share = if cut { CUT_ERROR } else { GRID_ERROR };
             error = share * difference(&value, &better);
             value = better;
+            allowed = goal.allowed(mean(&value) + mean(&lamps));
         }
         if cut && error > GRID_SHARE * allowed {
             let band = 2.0 * (1.0 + goal.digits());
@@ -534,6 +549,13 @@ impl Renderer {
         let mut near = f64::INFINITY;
         let mut rest = close(base, height);
         while near > 0.5 * GRID_SHARE * allowed && rung < last {
+            if light == Light::WithoutLamps && height < STRIP_ROWS * self.strip.pixel() {
+                let goal = |_| 0.5 * GRID_SHARE * allowed;
+                if let Some(strip) = self.along_the_horizon(at, reach, 1.0 / height, goal) {
+                    (rest, near) = (strip.value, strip.error);
+                    break;
+                }
+            }
             let coarser = rung;
             rung = self.finer(rung);
             let lower = band * self.step(rung);
@@ -562,6 +584,53 @@ impl Renderer {
         }
         error += near;
         Estimate { value, error }
+    }
+
+    /// A slanted lobe's integral if no lamp is near, on lines along the horizon; none if that does not settle.
+    fn slanted(&self, at: &LobeSight, guess: f64, goal: Goal) -> Option<Estimate> {
+        let tail = self.tail(at, Light::WithoutLamps);
+        let mut reach = exponent(tail, goal.allowed(guess)) + 0.5;
+        loop {
+            if self.lamps.any(at.mirror, at.reach(reach)) {
+                return None;
+            }
+            let goal_of_lines = |value| GRID_SHARE * goal.allowed(value);
+            let mut estimate = self.along_the_horizon(at, reach, 0.0, goal_of_lines)?;
+            let needed = exponent(tail, goal.allowed(mean(&estimate.value)));
+            if needed <= reach {
+                estimate.error += tail * (-reach).exp();
+                return Some(estimate);
+            }
+            reach = needed + 0.5;
+        }
+    }
+
+    /// A lobe's integral on lines along the horizon, below about the height 1/`recip` or all of it, with spacings that are halved
+    /// until two agree; none if that does not happen.
+    fn along_the_horizon(
+        &self,
+        at: &LobeSight,
+        reach: f64,
+        recip: f64,
+        goal: impl Fn(f64) -> f64,
+    ) -> Option<Estimate> {
+        let on_lines = |spacing: f64| {
+            dispatch!(self.simd, simd => {
+                self.strip.integrate(simd, &at.lobe, reach, recip, spacing)
+            })
+        };
+        let mut spacing = self.strip.pixel();
+        let mut value = on_lines(spacing)?;
+        for _ in 0..HALVINGS {
+            spacing *= 0.5;
+            let better = on_lines(spacing)?;
+            let error = STRIP_ERROR * difference(&value, &better);
+            value = better;
+            if error <= goal(mean(&value)) {
+                return Some(Estimate { value, error });
+            }
+        }
+        None
     }
 
     /// A part of a lobe summed on a grid: one of the pyramid's, then cells, halved more and more often.
@@ -790,6 +859,19 @@ const GRID_ERROR: f64 = 0.15;
 /// The same where the horizon is softened, by a grid that is a third finer, and by one of half the step.
 const CUT_ERROR: f64 = 1.0;
 const BAND_ERROR: f64 = 0.6;
+
+/// The same of lines along the horizon.
+const STRIP_ERROR: f64 = 1.0;
+
+/// Lines along the horizon are tried below so many rows of the map, and their spacing is halved so often at the most.
+const STRIP_ROWS: f64 = 8.0;
+const HALVINGS: usize = 4;
+
+/// A lobe that is narrower than the finest grid is summed on lines if the view's cosine is below this.
+const SLANTED: f64 = 0.4;
+
+/// How much a lobe is first taken to see of the light about its mirror's direction.
+const DIM: f64 = 0.2;
 
 /// A lobe that the horizon cuts may start on a grid that is so much finer.
 const FINER: usize = 5;
