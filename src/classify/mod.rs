@@ -48,6 +48,8 @@ pub use outline::Circle;
 pub use photograph::Photograph;
 pub use picture::{Picture, Sphere};
 pub use posterior::{Posterior, ReflectanceGrid};
+#[cfg(feature = "contracts")]
+pub(crate) use protocol::collect_from;
 pub use protocol::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, Plan, Protocol, View, collect};
 pub use reading::{JudgedReading, LogReader, Reader, Reading};
 #[cfg(feature = "files")]

@@ -312,7 +312,7 @@ pub fn collect<T: Send>(
 }
 
 /// [`collect`], from cameras of any kind: a turn is one of them.
-pub(super) fn collect_from<T: Send>(
+pub(crate) fn collect_from<T: Send>(
     cameras: &[Camera],
     illuminations: &[EnvironmentMap],
     materials: &[Material],

@@ -76,9 +76,9 @@ pub(super) fn contracts() -> Vec<Contract> {
             oracle: ORACLE,
             domain: "spheres of 23 ColorChecker patches and 14 of Munsell's colours, seen beside a white one in built-in light",
             metric: Metric::Relative,
-            bound: 1e-4,
-            why: "each channel's B_0 goes as the square of its albedo, whatever the light, to the renderer's tolerance of 10⁻³",
-            loose: Some("what the renderer leaves of its tolerance is not promised"),
+            bound: 4e-15,
+            why: "a matte pixel is its albedo times a white one, whatever the light and however well it is integrated: rounding alone",
+            loose: None,
             measure: paint,
         },
     ]

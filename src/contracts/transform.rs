@@ -8,7 +8,7 @@ use super::generator::{coefficients, degrees_and_orders, noise, uniform};
 use super::{Contract, Metric, Oracle, Snapshots, Tally};
 use crate::harmonics::{Coefficients, Transform, average_power, cross_power};
 use crate::sphere::Grid;
-use crate::{Error, Result};
+use crate::{Error, Parallelism, Result};
 
 const ORACLE: Oracle = Oracle::Snapshot("transform");
 const GRIDS: &str = "random coefficients of degree 16 … 18 on four grids: Gauss–Legendre, Clenshaw–Curtis, Fejér of an even and of an odd shape";
@@ -69,6 +69,30 @@ pub(super) fn contracts() -> Vec<Contract> {
             why: "ducc0's own error on the rings at the poles, 1.5·10⁻¹² against 80-bit sums",
             loose: None,
             measure: synthesis_high,
+        },
+        Contract {
+            id: "transform/many-synthesis",
+            function: "harmonics::Transform::synthesise_into",
+            oracle: ORACLE,
+            domain: "the same, each as one of 35 maps made at once from as many multiples of the coefficients",
+            metric: Metric::Scaled("the map's rms"),
+            bound: 6e-12,
+            why: "as above",
+            loose: None,
+            measure: many_synthesis,
+        },
+        Contract {
+            id: "transform/many-analysis",
+            function: "harmonics::Transform::analyse_into",
+            oracle: Oracle::Identity(
+                "the coefficients of the maps above, which Transform::synthesise made",
+            ),
+            domain: "35 maps at once, degree 255 on the Gauss–Legendre grid and on the Fejér grid",
+            metric: Metric::Absolute,
+            bound: 1e-13,
+            why: "coefficients of order one; sums of 256 rings",
+            loose: None,
+            measure: many_analysis,
         },
         Contract {
             id: "transform/power",
@@ -221,6 +245,72 @@ fn synthesis_high(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
             let row = &map[ring * shape.columns..][..shape.columns];
             for (i, want) in want.iter().enumerate() {
                 tally.compare_scaled(row[i * step], *want, scale, || shape.at(*ring, i * step));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// So many go in eights, and three are left.
+const MANY: usize = 35;
+
+/// What each of many maps is multiplied by: powers of two, so that this rounds nothing, no two of one eight alike.
+fn multiple(map: usize) -> f64 {
+    f64::powi(2.0, map as i32 % 11 - 5)
+}
+
+fn many_synthesis(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<SynthesisHigh>("transform", "synthesis-high")? {
+        let shape = &case.shape;
+        let coefficients = noise(shape.degree, shape.seed);
+        let transform = shape.transform()?;
+        let sets: Vec<f64> = (0..MANY)
+            .flat_map(|map| {
+                coefficients
+                    .as_slice()
+                    .iter()
+                    .map(move |f| multiple(map) * f)
+            })
+            .collect();
+        let size = shape.rings * shape.columns;
+        let mut maps = vec![0.0; MANY * size];
+        let mut scratch = vec![0.0; transform.scratch_len(MANY)];
+        transform.synthesise_into(MANY, &sets, &mut maps, &mut scratch, Parallelism::Rayon)?;
+        let scale = (coefficients.energy() / (4.0 * PI)).sqrt();
+        for (number, map) in maps.chunks_exact(size).enumerate() {
+            for (ring, want) in case.shown.iter().zip(&case.map) {
+                let step = shape.columns / want.len();
+                let row = &map[ring * shape.columns..][..shape.columns];
+                for (i, want) in want.iter().enumerate() {
+                    let got = row[i * step] / multiple(number);
+                    tally.compare_scaled(got, *want, scale, || {
+                        format!("{}, map {number}", shape.at(*ring, i * step))
+                    });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn many_analysis(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for case in snapshots.cases::<SynthesisHigh>("transform", "synthesis-high")? {
+        let shape = &case.shape;
+        let coefficients = noise(shape.degree, shape.seed);
+        let transform = shape.transform()?;
+        let one = transform.synthesise(&coefficients)?;
+        let maps: Vec<f64> = (0..MANY)
+            .flat_map(|map| one.iter().map(move |value| multiple(map) * value))
+            .collect();
+        let count = transform.coefficient_count();
+        let mut sets = vec![0.0; MANY * count];
+        let mut scratch = vec![0.0; transform.scratch_len(MANY)];
+        transform.analyse_into(MANY, &maps, &mut sets, &mut scratch, Parallelism::Rayon)?;
+        for (number, set) in sets.chunks_exact(count).enumerate() {
+            for (i, (got, want)) in set.iter().zip(coefficients.as_slice()).enumerate() {
+                tally.compare(*got / multiple(number), *want, || {
+                    format!("{}, map {number}, coefficient {i}", shape.grid)
+                });
             }
         }
     }
