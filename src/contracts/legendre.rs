@@ -63,6 +63,17 @@ pub(super) fn contracts() -> Vec<Contract> {
             measure: columns,
         },
         Contract {
+            id: "legendre/column-high",
+            function: "harmonics::legendre::column",
+            oracle: Oracle::Identity("Σ_m (P̄_lm)² = (2l+1)/4π"),
+            domain: "l = 2047, every m, at θ = 0.1, 0.3, 0.6, 1 and 1.5, where columns start as far down as 10⁻²⁰⁴⁷",
+            metric: Metric::Relative,
+            bound: 5e-12,
+            why: "the plain recurrence, whose phase rounds at each of 2047 steps, most near the pole",
+            loose: None,
+            measure: |_, tally| addition_theorem(tally),
+        },
+        Contract {
             id: "legendre/polynomials",
             function: "harmonics::legendre::polynomials",
             oracle: ORACLE,
@@ -184,6 +195,23 @@ fn columns(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
                 format!("l = {l}, m = {m}, {:?}", case.direction)
             });
         }
+    }
+    Ok(())
+}
+
+fn addition_theorem(tally: &mut Tally) -> Result<()> {
+    const DEGREE: usize = 2047;
+    let mut column = vec![0.0; DEGREE + 1];
+    for theta in [0.1f64, 0.3, 0.6, 1.0, 1.5] {
+        let (sine, cosine) = theta.sin_cos();
+        let mut sum = 0.0;
+        for m in 0..=DEGREE {
+            let column = &mut column[m..];
+            legendre::column(m, DEGREE, cosine, sine, column)?;
+            sum += column[DEGREE - m].powi(2);
+        }
+        let want = (2 * DEGREE + 1) as f64 / (4.0 * PI);
+        tally.compare(sum, want, || format!("θ = {theta}"));
     }
     Ok(())
 }
