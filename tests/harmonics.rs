@@ -5,7 +5,7 @@ use lobes::Parallelism;
 use lobes::glam::{DQuat, DVec3};
 use lobes::harmonics::{
     Basis, Coefficients, Convention, MAX_BASIS_DEGREE, Normalisation, Order, Phase, Rotation,
-    Transform, average_power, evaluate, evaluate_all,
+    Transform, average_power, evaluate, evaluate_all, legendre,
 };
 use lobes::sphere::{Grid, Rule};
 use rand::{RngExt, SeedableRng};
@@ -93,6 +93,34 @@ fn round_trip_on_every_grid() {
             }
         }
         assert!(Transform::new(&grid, grid.max_degree() + 1).is_err());
+    }
+}
+
+/// ∫ Y_d0² dω = 1 by the rings' weights up to the degree that they are said to serve, and not one further.
+#[test]
+fn weights_serve_the_degree_that_they_say() {
+    for grid in [
+        Grid::gauss_legendre(8, 17),
+        Grid::gauss_legendre(9, 19),
+        Grid::clenshaw_curtis(8, 17),
+        Grid::clenshaw_curtis(9, 19),
+        Grid::fejer(8, 17),
+        Grid::fejer(9, 19),
+    ] {
+        let grid = grid.unwrap();
+        let integral = |degree: usize| -> f64 {
+            let mut column = vec![0.0; degree + 1];
+            let rings = 0..grid.rings();
+            let ring = |ring: usize| {
+                let (cos, sin) = (grid.cosines()[ring], grid.sines()[ring]);
+                legendre::column(0, degree, cos, sin, &mut column).unwrap();
+                grid.ring_weight(ring) * grid.columns() as f64 * column[degree].powi(2)
+            };
+            rings.map(ring).sum()
+        };
+        let degree = grid.max_degree_of_weights();
+        assert_abs_diff_eq!(integral(degree), 1.0, epsilon = 1e-14);
+        assert!((integral(degree + 1) - 1.0).abs() > 1e-3, "{grid:?}");
     }
 }
 
