@@ -864,7 +864,7 @@ const BAND_ERROR: f64 = 0.6;
 const STRIP_ERROR: f64 = 1.0;
 
 /// Lines along the horizon are tried below so many rows of the map, and their spacing is halved so often at the most.
-const STRIP_ROWS: f64 = 8.0;
+const STRIP_ROWS: f64 = 16.0;
 const HALVINGS: usize = 4;
 
 /// A lobe that is narrower than the finest grid is summed on lines if the view's cosine is below this.
