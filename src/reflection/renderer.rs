@@ -756,10 +756,10 @@ impl LobeSight {
         };
         let tilt = cosine.min(1.0).acos();
         // h·v, by which it is narrower across the plane of incidence than along it.
-        let slim = (tilt + 1.5 * sigma.atan())
+        let slim = (tilt + sigma.atan())
             .min(FRAC_PI_2)
             .cos()
-            .max(0.5 * (cosine * (cosine + sigma)).sqrt());
+            .max(0.75 * (cosine * (cosine + sigma)).sqrt());
         let horizon = (0.5 * (FRAC_PI_2 - tilt)).tan() / sigma;
         Self {
             across: lobe.normal.cross(lobe.view).normalize_or_zero(),
@@ -874,7 +874,7 @@ const SLANTED: f64 = 0.4;
 const DIM: f64 = 0.2;
 
 /// A lobe that the horizon cuts may start on a grid that is so much finer.
-const FINER: usize = 5;
+const FINER: usize = 6;
 
 /// So many finer grids are tried for the whole of a lobe that the horizon cuts, before it is taken apart.
 const TRIES: usize = 3;
