@@ -80,17 +80,7 @@ fn run() -> Result<bool> {
         maps.truncate(1);
     }
     let camera = Camera::orthographic(DVec3::new(0.3, 0.2, 1.0), DVec3::Y)?;
-    // Half of the pixels anywhere, half of them where the view is grazing.
     let mut random = rand_pcg::Pcg64::seed_from_u64(seed);
-    let mut chosen = Vec::new();
-    while chosen.len() < pixels {
-        let (row, column) = (random.random_range(0..SIZE), random.random_range(0..SIZE));
-        if let Some(sight) = camera.pixel(SIZE, row, column)
-            && (chosen.len() % 2 == 0 || sight.normal.dot(sight.view) < 0.35)
-        {
-            chosen.push((row, column, sight));
-        }
-    }
     println!("map, lobe, sigma, tolerance, estimate, error, worst cosine, seconds");
     let mut pool: Vec<Vec<f64>> = vec![Vec::new(); tolerances.len()];
     let mut failures = Vec::new();
@@ -101,6 +91,17 @@ fn run() -> Result<bool> {
             for (index, &lobe) in lobes.iter().enumerate() {
                 if sigma == 0.0 && index > 0 {
                     continue;
+                }
+                // Half of the pixels anywhere, half of them where the view is grazing.
+                let mut chosen = Vec::new();
+                while chosen.len() < pixels {
+                    let (row, column) =
+                        (random.random_range(0..SIZE), random.random_range(0..SIZE));
+                    if let Some(sight) = camera.pixel(SIZE, row, column)
+                        && (chosen.len() % 2 == 0 || sight.normal.dot(sight.view) < 0.35)
+                    {
+                        chosen.push((row, column, sight));
+                    }
                 }
                 let truth = Parallelism::Rayon.map(chosen.len(), |index| {
                     let sight = chosen[index].2;

@@ -97,6 +97,43 @@ fn a_zonal_harmonic_keeps_its_degree() {
 }
 
 /// The continuation decides what x (odd under half a turn about the vertical, even under the mirror) becomes.
+/// 1 + P_4(n·a) over all normals, an axis that no continuation knows of: B_0 = 4π, B_4 = 4π/81, and nothing else.
+#[test]
+fn two_opposite_images_are_the_whole_field() {
+    let axis = DVec3::new(0.3, -0.5, 0.6).normalize();
+    let size = 256;
+    let seen_from = |towards: DVec3| {
+        let camera = Camera::orthographic(towards, DVec3::Y).unwrap();
+        let pixels = (0..size * size)
+            .map(|index| {
+                camera
+                    .pixel(size, index / size, index % size)
+                    .map_or([0.0; 3], |sight| {
+                        [1.0 + legendre4(sight.normal.dot(axis)); 3]
+                    })
+            })
+            .collect();
+        SphereImage::new(camera, size, pixels).unwrap()
+    };
+    let (front, back) = (seen_from(DVec3::Z), seen_from(-DVec3::Z));
+    let plan = ImageSpectrum::new(TOP_DEGREE, Continuation::Mirror).unwrap();
+    let power = plan.whole_power(&front, &back).unwrap();
+    let truth = 4.0 * std::f64::consts::PI / 81.0;
+    // The last pixel at the rim stands for normals within cos θ ≤ 2/√n, which costs 1 % of B_4 at 256².
+    assert!((power.luminance[4] / truth - 1.0).abs() < 0.015);
+    for (degree, &power) in power.luminance.iter().enumerate() {
+        assert!(degree == 0 || degree == 4 || power < 1e-3 * truth);
+    }
+    for colour in power.colour {
+        assert!((colour / (81.0 * truth) - 1.0).abs() < 2e-3);
+    }
+    // The mirrored front is another field.
+    let mirrored = plan.power(&front).unwrap().luminance;
+    assert!((1..=TOP_DEGREE).any(|degree| degree != 4 && mirrored[degree] > 0.05 * truth));
+    // The back has to be the other side's.
+    assert!(plan.whole_power(&front, &front).is_err());
+}
+
 #[test]
 fn continuations_do_what_they_say() {
     let half = image(128, |n| [1.0 + 0.5 * n.x; 3]);

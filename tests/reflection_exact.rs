@@ -172,3 +172,26 @@ fn cameras_inside_the_sphere_or_without_a_field_of_view_are_refused_in_a_sentenc
         assert!(message.contains(word), "no {word:?} in {message:?}");
     }
 }
+
+#[test]
+fn a_tolerance_that_is_not_met_says_how_close_it_came() {
+    // A view 0.01° from grazing, of pixels that have nothing to do with their neighbours: a lobe as slim as that no grid resolves.
+    let mut random = rand_pcg::Pcg64::seed_from_u64(11);
+    let pixels = (0..512 * 256)
+        .map(|_| [(7.0 * random.random::<f64>().powi(4)).exp(); 3])
+        .collect();
+    let map = EnvironmentMap::new("rough", 512, 256, pixels).unwrap();
+    let renderer = Renderer::new(&map, ONE).unwrap();
+    let material = Material::from_albedos("m", [0.0; 3], [1.0; 3], 0.1).unwrap();
+    let camera = Camera::orthographic(DVec3::Z, DVec3::Y).unwrap();
+    let sights: Vec<Sight> = (0..3)
+        .map(|index| camera.sight(1.5706, f64::from(index)))
+        .collect();
+    let render =
+        |tolerance: f64| renderer.radiance(&material, Variant::Ward1992, &sights, tolerance, ONE);
+    let Err(Error::Tolerance { asked, reached, .. }) = render(1e-5) else {
+        panic!("it was met");
+    };
+    assert_eq!(asked, 1e-5);
+    assert!(reached > asked && reached <= 1.0, "{reached:e}");
+}

@@ -303,7 +303,8 @@ impl Renderer {
         let mut errors: Vec<f64> = estimates
             .iter()
             .filter(|estimate| estimate.error > 0.0)
-            .map(|estimate| estimate.error / mean(&estimate.value).max(floor))
+            // Where no two grids could be compared the estimate is infinite: nothing is known, which is an error of 1.
+            .map(|estimate| (estimate.error / mean(&estimate.value).max(floor)).min(1.0))
             .collect();
         errors.sort_by(|a, b| b.total_cmp(a));
         let reached = errors.get(sights.len() / SPARED).copied().unwrap_or(0.0);
