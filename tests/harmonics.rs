@@ -96,7 +96,7 @@ fn round_trip_on_every_grid() {
     }
 }
 
-/// ∫ Y_d0² dω = 1 by the rings' weights up to the degree that they are said to serve, and not one further.
+/// ∫ `Y_d0²` dω = 1 by the rings' weights up to the degree that they are said to serve, and not one further.
 #[test]
 fn weights_serve_the_degree_that_they_say() {
     for grid in [
