@@ -323,11 +323,6 @@ impl Picture {
         sum / self.pixels.len() as f64
     }
 
-    /// Bilinear, with the picture's edge continued.
-    pub(super) fn at(&self, x: f64, y: f64) -> [f64; 3] {
-        self.interpolate(x, y, |_, _| true)
-    }
-
     /// Bilinear among the pixels that `counts` (column, row) lets count, with the picture's edge continued; the nearest where none does.
     fn interpolate(&self, x: f64, y: f64, counts: impl Fn(usize, usize) -> bool) -> [f64; 3] {
         let clamp = |v: f64, length: usize| v.clamp(0.0, (length - 1) as f64);

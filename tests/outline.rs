@@ -1,0 +1,76 @@
+//! The sphere in a photograph: found where there is one, and not where there is none.
+//!
+//!     LOBES_SCENES=420 cargo test --release --test outline -- --nocapture
+//!
+//! measures it over as many photographs as one likes; the test itself makes do with a few.
+#![cfg(feature = "builtin")]
+
+mod scenes;
+
+use lobes::illumination::builtin;
+use scenes::{WALLS, balls, error, scene};
+
+const SEED: u64 = 20_261_122;
+
+fn count() -> usize {
+    let asked = std::env::var("LOBES_SCENES").ok();
+    asked.map_or(42, |text| text.parse().unwrap())
+}
+
+#[test]
+fn spheres_before_walls_are_found() {
+    let every = if count() > 100 { 1 } else { 4 };
+    let maps: Vec<_> = builtin().unwrap().into_iter().step_by(every).collect();
+    let balls = balls(&maps, 4, SEED).unwrap();
+    let count = count();
+    let mut offs = Vec::new();
+    let mut refused = 0;
+    for i in 0..count {
+        let ball = &balls[i * 7 % balls.len()];
+        let scene = scene(&maps, Some(ball), i / 3 % WALLS, SEED + i as u64);
+        match (scene.picture().circle(), scene.truth) {
+            (Ok(found), Some(truth)) => {
+                let off = error(found, truth);
+                if off > 0.03 {
+                    println!("{}: off by {:.1} % of the radius", scene.what, 100.0 * off);
+                }
+                offs.push(off);
+            }
+            (Err(problem), _) => {
+                println!("{}: {problem}", scene.what);
+                refused += 1;
+            }
+            (Ok(_), None) => unreachable!("there is a ball"),
+        }
+    }
+    let within = |most: f64| offs.iter().filter(|off| **off < most).count();
+    println!(
+        "of {count} spheres: {} within 0.5 % of the radius, {} within 1 %, {} within 3 %, {} farther off, {refused} not found",
+        within(0.005),
+        within(0.01),
+        within(0.03),
+        offs.len() - within(0.03),
+    );
+    assert!(within(0.01) * 10 > count * 7);
+    assert!(within(0.03) * 100 > count * 85);
+}
+
+/// A false alarm is a circle where there is no sphere.
+#[test]
+fn walls_alone_are_refused() {
+    let maps = builtin().unwrap();
+    let count = count();
+    let mut alarms = 0;
+    for i in 0..count {
+        let scene = scene(&maps, None, i / 3 % WALLS, SEED + (1 << 40) + i as u64);
+        match scene.picture().circle() {
+            Ok(found) => {
+                println!("{}: {found:.1?}", scene.what);
+                alarms += 1;
+            }
+            Err(problem) => assert!(problem.to_string().contains("--circle"), "{problem}"),
+        }
+    }
+    println!("of {count} walls: {alarms} false alarms");
+    assert!(alarms * 100 <= count * 3);
+}
