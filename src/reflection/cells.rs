@@ -122,27 +122,50 @@ impl Cells {
         let strips = self.height * parts;
         let strip = PI / strips as f64;
         let mut sums = [f64x8::splat(simd, 0.0); 3];
-        for index in region.rows(strips) {
+        let rows = region.rows(strips);
+        // The nodes of two strips are eight rows.
+        let turn = |sin: f64, cos: f64, (more_sin, more_cos): (f64, f64)| {
+            (
+                sin * more_cos + cos * more_sin,
+                cos * more_cos - sin * more_sin,
+            )
+        };
+        let offsets = self.nodes.map(|node| (0.5 * node * strip).sin_cos());
+        let next = strip.sin_cos();
+        let (mut sin, mut cos) = ((rows.start as f64 + 0.5) * strip).sin_cos();
+        let (mut sines, mut cosines) = ([0.0; 8], [0.0; 8]);
+        let mut arcs = region.arcs(simd, &sines, &cosines);
+        for (count, index) in rows.enumerate() {
+            if count % 2 == 0 {
+                for half in [0, NODES] {
+                    for (node, &offset) in offsets.iter().enumerate() {
+                        (sines[half + node], cosines[half + node]) = turn(sin, cos, offset);
+                    }
+                    (sin, cos) = turn(sin, cos, next);
+                }
+                arcs = region.arcs(simd, &sines, &cosines);
+            }
             // Where the strip lies between the rows of pixel centres.
             let place = (index as f64 + 0.5) / parts as f64 - 0.5;
             let above = self.row(place.floor() as isize);
             let below = self.row(place.floor() as isize + 1);
-            for (node, weight) in self.nodes.iter().zip(self.weights) {
-                let theta = (index as f64 + 0.5 + 0.5 * node) * strip;
-                let (sin, cos) = theta.sin_cos();
-                let fraction =
-                    (index as f64 + 0.5 + 0.5 * node) / parts as f64 - 0.5 - place.floor();
+            for (node, weight) in self.weights.into_iter().enumerate() {
+                let lane = node + NODES * (count % 2);
+                let (sin, cos) = (sines[lane], cosines[lane]);
+                let fraction = (index as f64 + 0.5 + 0.5 * self.nodes[node]) / parts as f64
+                    - 0.5
+                    - place.floor();
                 let weight = 0.5 * strip * weight * sin;
                 let (upper, lower) = (weight * (1.0 - fraction), weight * fraction);
                 // Near the poles the cells are slim.
                 let slim = ((parts as f64 * sin).log2().ceil().max(1.0) as u32).min(doublings);
                 let patterns = &self.patterns[slim as usize - 1];
                 let blocks = self.width * patterns.len();
-                let runs = region.runs(sin, cos, blocks, 0.5 * TAU / self.width as f64);
+                let runs = region.runs(&arcs, lane, blocks, 0.5 * TAU / self.width as f64);
                 if runs[0].1 == 0 {
                     continue;
                 }
-                let lobe = RowLobe::new(simd, lobe, sin, cos);
+                let lobe = RowLobe::<f64x8<S>>::new(simd, lobe, sin, cos);
                 let value_at = |column: usize| {
                     let a = pixels[above.0 + (column + above.1) % self.width];
                     let b = pixels[below.0 + (column + below.1) % self.width];
@@ -172,7 +195,7 @@ impl Cells {
                     let load = |values: &[f64; 8]| f64x8::from_slice(simd, values);
                     let splat = |value| f64x8::splat(simd, value);
                     let (c, s) = (load(&pattern.cos), load(&pattern.sin));
-                    let value = lobe.evaluate(
+                    let [value, _] = lobe.evaluate(
                         simd,
                         c * splat(centre_cos) - s * splat(centre_sin),
                         s * splat(centre_cos) + c * splat(centre_sin),

@@ -3,19 +3,21 @@
 //! A kernel K that is smooth at the scale of a grid is its own interpolant there: K(ω) = Σ_j K(ω_j) φ_j(ω). So
 //! ∫ K L dω = Σ_j K(ω_j) M_j with the moments M_j = ∫ φ_j L dω, whatever L is: a sun of one pixel costs no
 //! accuracy, because it is K that is interpolated, not L. The φ_j are Lagrange's polynomials over ten nodes each way,
-//! and the moments are integrated exactly, piece by piece between nodes and pixel centres.
+//! and the moments are integrated exactly, piece by piece between nodes and pixel centres. Moments of the channels' mean with
+//! polynomials over eight nodes tell, at the same values of K, how well K is interpolated.
 
 use std::f64::consts::{PI, TAU};
 
-use fearless_simd::{Level as SimdLevel, dispatch, f32x8, f64x8, prelude::*};
+use fearless_simd::{Level as SimdLevel, dispatch, prelude::*};
 
-use super::kernel::{LobeAt, Part, RowLobe};
+use super::kernel::{Lanes, LobeAt, Part, RowLobe};
 use super::region::Region;
 use crate::Parallelism;
 use crate::sphere::Rule;
 
-/// Nodes of the interpolation, each way.
+/// Nodes of the interpolation, each way; and of the one that it is checked against.
 const TAPS: usize = 10;
+const FEWER_TAPS: usize = 8;
 
 /// The rows of the levels: steps of 4/3 or 3/2. The finest resolves a third of a pixel.
 const ROWS: [usize; 13] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
@@ -25,6 +27,8 @@ const ROWS: [usize; 13] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768,
 struct Columns {
     cos: Vec<f64>,
     sin: Vec<f64>,
+    cos_single: Vec<f32>,
+    sin_single: Vec<f32>,
     /// After so many columns the weights repeat, `shift` pixels on.
     period: usize,
     shift: usize,
@@ -32,14 +36,12 @@ struct Columns {
     first: Vec<isize>,
     /// How many pixels each draws from, and their weights.
     taps: usize,
-    weights: Vec<f64>,
+    weights: Vec<[f64; 4]>,
 }
 
 /// A row of nodes.
 #[derive(Debug)]
 struct Row {
-    sin: f64,
-    cos: f64,
     /// Which [`Columns`].
     columns: usize,
     /// Where its moments start.
@@ -50,7 +52,18 @@ struct Row {
 #[derive(Debug)]
 struct Level {
     rows: Vec<Row>,
-    moments: [Vec<f32>; 3],
+    /// (sin θ, cos θ) of the rows, and of as many more as make eights.
+    sin: Vec<f64>,
+    cos: Vec<f64>,
+    /// Of the channels, and of their mean with fewer nodes.
+    moments: [Vec<f32>; 4],
+}
+
+/// A sum over a grid, and how far off the channels' mean is with fewer nodes and a softer horizon.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Checked {
+    pub(super) value: [f64; 3],
+    pub(super) doubt: f64,
 }
 
 /// The moments of a map on grids from coarse to fine.
@@ -76,8 +89,10 @@ impl Pyramid {
         let finest = rows[rows.len() - 1];
         let counts = column_counts(2 * finest + 2 * TAPS);
         let columns = parallelism.map(counts.len(), |index| Columns::new(counts[index], width));
-        // A fourth channel of nothing, so that a pixel fills a register.
-        let pixels: Vec<[f64; 4]> = pixels.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
+        let pixels: Vec<[f64; 4]> = pixels
+            .iter()
+            .map(|&[r, g, b]| [r, g, b, (r + g + b) / 3.0])
+            .collect();
         // The finest takes longest: first.
         let mut levels = parallelism.map(rows.len(), |index| {
             let rows = rows[rows.len() - 1 - index];
@@ -108,47 +123,65 @@ impl Pyramid {
     }
 
     /// ∫ K L dω over a region for a part K of a lobe, which must be smooth at the scale of the level.
+    /// `V` is the precision.
     #[inline(always)]
-    pub(super) fn integrate<S: Simd>(
+    pub(super) fn integrate<S: Simd, V: Lanes<S>>(
         &self,
         simd: S,
         level: usize,
         lobe: &LobeAt,
         region: &Region,
         part: Part,
-    ) -> [f64; 3] {
+    ) -> Checked {
         let level = &self.levels[level];
-        let mut sums = [f64x8::splat(simd, 0.0); 3];
-        for row in &level.rows[region.rows(level.rows.len())] {
-            let columns = &self.columns[row.columns];
-            let blocks = columns.cos.len() / 8;
-            let lobe = RowLobe::new(simd, lobe, row.sin, row.cos);
-            for (first, count) in region.runs(row.sin, row.cos, blocks, 0.0) {
-                for block in first..first + count {
-                    let at = 8 * if block < blocks {
-                        block
-                    } else {
-                        block - blocks
-                    };
-                    let value = lobe.evaluate(
-                        simd,
-                        f64x8::from_slice(simd, &columns.cos[at..at + 8]),
-                        f64x8::from_slice(simd, &columns.sin[at..at + 8]),
-                        part,
-                    );
-                    let at = row.start + at;
-                    for (sum, moments) in sums.iter_mut().zip(&level.moments) {
-                        let (low, high) = f32x8::from_slice(simd, &moments[at..at + 8]).widen();
-                        *sum = value.mul_add(low.combine(high), *sum);
+        let mut sums = [V::all(simd, 0.0); 4];
+        let rows = region.rows(level.rows.len());
+        for eight in rows.start / 8..rows.end.div_ceil(8) {
+            let (sin, cos) = (
+                &level.sin.as_chunks().0[eight],
+                &level.cos.as_chunks().0[eight],
+            );
+            let arcs = region.arcs(simd, sin, cos);
+            for index in rows.start.max(8 * eight)..rows.end.min(8 * eight + 8) {
+                let (row, lane) = (&level.rows[index], index % 8);
+                let columns = &self.columns[row.columns];
+                let blocks = columns.cos.len() / 8;
+                let runs = region.runs(&arcs, lane, blocks, 0.0);
+                if runs[0].1 == 0 {
+                    continue;
+                }
+                let lobe = RowLobe::<V>::new(simd, lobe, sin[lane], cos[lane]);
+                for (first, count) in runs {
+                    for block in first..first + count {
+                        let at = 8 * if block < blocks {
+                            block
+                        } else {
+                            block - blocks
+                        };
+                        let load = |double: &[f64], single: &[f32]| {
+                            V::load(simd, &double[at..at + 8], &single[at..at + 8])
+                        };
+                        let [value, softer] = lobe.evaluate(
+                            simd,
+                            load(&columns.cos, &columns.cos_single),
+                            load(&columns.sin, &columns.sin_single),
+                            part,
+                        );
+                        let values = [value, value, value, softer];
+                        let at = row.start + at;
+                        for (channel, moments) in level.moments.iter().enumerate() {
+                            let moments = V::load_single(simd, &moments[at..at + 8]);
+                            sums[channel] = values[channel].mul_add(moments, sums[channel]);
+                        }
                     }
                 }
             }
         }
-        [
-            sums[0].reduce_sum(),
-            sums[1].reduce_sum(),
-            sums[2].reduce_sum(),
-        ]
+        let [r, g, b, mean] = sums.map(V::total);
+        Checked {
+            value: [r, g, b],
+            doubt: ((r + g + b) / 3.0 - mean).abs(),
+        }
     }
 }
 
@@ -163,7 +196,7 @@ impl Level {
     ) -> Self {
         let weights = row_weights(count, height);
         let mut rows = Vec::with_capacity(count);
-        let mut moments: [Vec<f32>; 3] = Default::default();
+        let mut moments: [Vec<f32>; 4] = Default::default();
         let mut start = 0;
         let padding = columns
             .iter()
@@ -172,8 +205,10 @@ impl Level {
             .unwrap_or(0)
             + width;
         let mut line = vec![[0.0; 4]; width + 2 * padding];
-        for (index, weights) in weights.iter().enumerate() {
-            let (sin, cos) = (PI * (index as f64 + 0.5) / count as f64).sin_cos();
+        let (sin, cos): (Vec<f64>, Vec<f64>) = (0..count.next_multiple_of(8))
+            .map(|index| (PI * (index as f64 + 0.5) / count as f64).sin_cos())
+            .unzip();
+        for (weights, &sin) in weights.iter().zip(&sin) {
             // As dense along the row as across, and a few more, for the interpolation round the poles.
             let wanted = 2.0 * count as f64 * sin + 12.0;
             let chosen = columns
@@ -184,15 +219,15 @@ impl Level {
             let (before, rest) = line.split_at_mut(padding);
             let (middle, after) = rest.split_at_mut(width);
             middle.fill([0.0; 4]);
-            for &(row, turned, weight) in weights {
-                let row = &pixels[row * width..(row + 1) * width];
-                let turn = if turned { width / 2 } else { 0 };
+            for entry in weights {
+                let row = &pixels[entry.pixel * width..(entry.pixel + 1) * width];
+                let turn = if entry.turned { width / 2 } else { 0 };
                 for (sum, value) in middle
                     .iter_mut()
                     .zip(row[turn..].iter().chain(&row[..turn]))
                 {
                     for channel in 0..4 {
-                        sum[channel] += weight * value[channel];
+                        sum[channel] += entry.weights[channel] * value[channel];
                     }
                 }
             }
@@ -204,14 +239,17 @@ impl Level {
             }
             columns.gather(&line, padding, &mut moments);
             rows.push(Row {
-                sin,
-                cos,
                 columns: chosen,
                 start,
             });
             start += columns.cos.len();
         }
-        Self { rows, moments }
+        Self {
+            rows,
+            sin,
+            cos,
+            moments,
+        }
     }
 }
 
@@ -238,30 +276,38 @@ impl Columns {
         let (period, shift) = (count / repeats, width / repeats);
         let taps = TAPS * width / count + 4;
         let mut first = vec![isize::MAX; period];
-        let mut entries: Vec<Vec<(isize, f64)>> = vec![Vec::new(); period];
+        let mut entries: Vec<Vec<(isize, [f64; 4])>> = vec![Vec::new(); period];
         overlaps(
             TAU / count as f64,
             TAU / width as f64,
             TAU / repeats as f64,
             |_| 1.0,
-            |node, pixel, weight| {
+            |node, pixel, weights| {
                 let turns = node.div_euclid(period as isize);
                 let node = node.rem_euclid(period as isize) as usize;
                 let pixel = pixel - turns * shift as isize;
                 first[node] = first[node].min(pixel);
-                entries[node].push((pixel, weight));
+                entries[node].push((pixel, weights));
             },
         );
-        let mut weights = vec![0.0; period * taps];
+        let mut weights = vec![[0.0; 4]; period * taps];
         for (node, entries) in entries.iter().enumerate() {
-            for &(pixel, weight) in entries {
-                weights[node * taps + (pixel - first[node]) as usize] += weight;
+            for (pixel, more) in entries {
+                add(
+                    &mut weights[node * taps + (pixel - first[node]) as usize],
+                    more,
+                );
             }
         }
         let angle = |index: usize| TAU * (index as f64 + 0.5) / count as f64;
+        let (sin, cos): (Vec<f64>, Vec<f64>) =
+            (0..count).map(|index| angle(index).sin_cos()).unzip();
+        let single = |values: &[f64]| values.iter().map(|&value| value as f32).collect();
         Self {
-            cos: (0..count).map(|index| angle(index).cos()).collect(),
-            sin: (0..count).map(|index| angle(index).sin()).collect(),
+            cos_single: single(&cos),
+            sin_single: single(&sin),
+            cos,
+            sin,
             period,
             shift,
             first,
@@ -272,7 +318,7 @@ impl Columns {
 
     /// The moments along a row of the map that is continued by `padding` pixels on both sides.
     #[inline(always)]
-    fn gather(&self, line: &[[f64; 4]], padding: usize, moments: &mut [Vec<f32>; 3]) {
+    fn gather(&self, line: &[[f64; 4]], padding: usize, moments: &mut [Vec<f32>; 4]) {
         for repeat in 0..self.cos.len() / self.period {
             let origin = padding + repeat * self.shift;
             for (&first, weights) in self.first.iter().zip(self.weights.chunks_exact(self.taps)) {
@@ -280,10 +326,10 @@ impl Columns {
                 let mut sum = [0.0; 4];
                 for (weight, value) in weights.iter().zip(&line[start..start + self.taps]) {
                     for channel in 0..4 {
-                        sum[channel] += weight * value[channel];
+                        sum[channel] += weight[channel] * value[channel];
                     }
                 }
-                for channel in 0..3 {
+                for channel in 0..4 {
                     moments[channel].push(sum[channel] as f32);
                 }
             }
@@ -291,11 +337,21 @@ impl Columns {
     }
 }
 
-/// For each of `count` rows of nodes: the map's rows that it draws from, whether half a turn round, and the weight.
+/// A row of the map that a row of nodes draws from.
+#[derive(Debug, Clone, Copy)]
+struct Drawn {
+    pixel: usize,
+    /// Half a turn round.
+    turned: bool,
+    /// For the channels, and for their mean with fewer nodes.
+    weights: [f64; 4],
+}
+
+/// For each of `count` rows of nodes: the map's rows that it draws from.
 ///
 /// The weight is ∫ φ_i(θ) Λ_r(θ) sin θ dθ with Lagrange's φ_i and the map's hat Λ_r; what lies beyond a pole, of nodes or of
 /// pixels, is the same row half a turn round.
-fn row_weights(count: usize, height: usize) -> Vec<Vec<(usize, bool, f64)>> {
+fn row_weights(count: usize, height: usize) -> Vec<Vec<Drawn>> {
     let fold = |index: isize, count: usize| {
         if index < 0 {
             ((-1 - index) as usize, true)
@@ -305,13 +361,13 @@ fn row_weights(count: usize, height: usize) -> Vec<Vec<(usize, bool, f64)>> {
             (index as usize, false)
         }
     };
-    let mut rows: Vec<Vec<(usize, bool, f64)>> = vec![Vec::new(); count];
+    let mut rows: Vec<Vec<Drawn>> = vec![Vec::new(); count];
     overlaps(
         PI / count as f64,
         PI / height as f64,
         PI,
         f64::sin,
-        |node, pixel, weight| {
+        |node, pixel, weights| {
             let (node, node_turned) = fold(node, count);
             let (pixel, pixel_turned) = fold(pixel, height);
             let turned = node_turned != pixel_turned;
@@ -319,24 +375,34 @@ fn row_weights(count: usize, height: usize) -> Vec<Vec<(usize, bool, f64)>> {
             match row
                 .iter_mut()
                 .rev()
-                .find(|entry| entry.0 == pixel && entry.1 == turned)
+                .find(|drawn| drawn.pixel == pixel && drawn.turned == turned)
             {
-                Some(entry) => entry.2 += weight,
-                None => row.push((pixel, turned, weight)),
+                Some(drawn) => add(&mut drawn.weights, &weights),
+                None => row.push(Drawn {
+                    pixel,
+                    turned,
+                    weights,
+                }),
             }
         },
     );
     rows
 }
 
-/// Calls `add(node, pixel, ∫ φ_node Λ_pixel w)` for pieces of [0, length], with nodes at (k + ½)·`node_step` and the centres of
+fn add(sum: &mut [f64; 4], more: &[f64; 4]) {
+    for (sum, more) in sum.iter_mut().zip(more) {
+        *sum += more;
+    }
+}
+
+/// Calls `add(node, pixel, ∫ φ_node Λ_pixel w)`, with three times φ and once the φ of fewer nodes, for pieces of [0, length], with nodes at (k + ½)·`node_step` and the centres of
 /// pixels at (k + ½)·`pixel_step`; indices go beyond the ends.
 fn overlaps(
     node_step: f64,
     pixel_step: f64,
     length: f64,
     weight: impl Fn(f64) -> f64,
-    mut add: impl FnMut(isize, isize, f64),
+    mut add: impl FnMut(isize, isize, [f64; 4]),
 ) {
     // Degree 9 of φ, 1 of Λ; sin θ over a piece is all but a low polynomial.
     let rule = Rule::gauss_legendre(8).expect("eight nodes are allowed");
@@ -355,29 +421,38 @@ fn overlaps(
         }
         let node = (middle / node_step - 0.5).floor();
         let pixel = (middle / pixel_step - 0.5).floor();
-        let mut sums = [[0.0; 2]; TAPS];
+        // For each node, with all taps and with fewer, what falls to the pixel and what to the next.
+        let mut sums = [[[0.0; 2]; 2]; TAPS];
         for (&x, &w) in rule.nodes.iter().zip(&rule.weights) {
             let x = middle + half * x;
             let w = w * half * weight(x);
             let fraction = x / pixel_step - 0.5 - pixel;
-            for (sum, value) in sums.iter_mut().zip(lagrange(x / node_step - 0.5 - node)) {
-                sum[0] += w * value * (1.0 - fraction);
-                sum[1] += w * value * fraction;
+            let at = x / node_step - 0.5 - node;
+            let fewer = lagrange::<FEWER_TAPS>(at);
+            for (tap, (sum, value)) in sums.iter_mut().zip(lagrange::<TAPS>(at)).enumerate() {
+                let beside = tap.wrapping_sub((TAPS - FEWER_TAPS) / 2);
+                let fewer = fewer.get(beside).copied().unwrap_or(0.0);
+                for (sum, value) in sum.iter_mut().zip([value, fewer]) {
+                    sum[0] += w * value * (1.0 - fraction);
+                    sum[1] += w * value * fraction;
+                }
             }
         }
-        for (tap, sum) in sums.iter().enumerate() {
+        for (tap, [all, fewer]) in sums.iter().enumerate() {
             let node = node as isize + tap as isize - (TAPS as isize / 2 - 1);
-            add(node, pixel as isize, sum[0]);
-            add(node, pixel as isize + 1, sum[1]);
+            for next in 0..2 {
+                let weights = [all[next], all[next], all[next], fewer[next]];
+                add(node, pixel as isize + next as isize, weights);
+            }
         }
     }
 }
 
-/// Lagrange's polynomials over the integers −4 … 5 at x.
-fn lagrange(x: f64) -> [f64; TAPS] {
-    let node = |index: usize| index as f64 - (TAPS as f64 / 2.0 - 1.0);
+/// Lagrange's polynomials over the integers 1 − n/2 … n/2 at x.
+fn lagrange<const NODES: usize>(x: f64) -> [f64; NODES] {
+    let node = |index: usize| index as f64 - (NODES as f64 / 2.0 - 1.0);
     std::array::from_fn(|i| {
-        (0..TAPS)
+        (0..NODES)
             .filter(|&j| j != i)
             .map(|j| (x - node(j)) / (node(i) - node(j)))
             .product()

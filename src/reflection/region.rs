@@ -4,6 +4,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use fearless_simd::{f64x8, prelude::*};
 use glam::DVec3;
 
 /// A cap of directions and the band `low` ≤ ω·`axis` ≤ `high`.
@@ -16,9 +17,9 @@ pub(super) struct Region {
     radius: f64,
     /// sin²(radius/2).
     square: f64,
-    /// The length of the axis across the pole, its angle ψ, its part along the pole.
+    /// The length of the axis across the pole, its angle ψ from the centre's, its part along the pole.
     across: f64,
-    turn: f64,
+    offset: f64,
     along: f64,
     low: f64,
     high: f64,
@@ -32,15 +33,22 @@ impl Region {
     pub(super) fn new(centre: DVec3, radius: f64, axis: DVec3, low: f64, high: f64) -> Self {
         let sin = centre.x.hypot(centre.y);
         let radius = radius.min(PI);
+        let psi = centre.y.atan2(centre.x);
+        let mut offset = axis.y.atan2(axis.x) - psi;
+        if offset > PI {
+            offset -= TAU;
+        } else if offset < -PI {
+            offset += TAU;
+        }
         Self {
             cos: centre.z,
             sin,
             theta: sin.atan2(centre.z),
-            psi: centre.y.atan2(centre.x),
+            psi,
             radius,
             square: (0.5 * radius).sin().powi(2),
             across: axis.x.hypot(axis.y),
-            turn: axis.y.atan2(axis.x),
+            offset,
             along: axis.z,
             low,
             high,
@@ -55,84 +63,124 @@ impl Region {
         first as usize..(last.ceil() as usize).min(count)
     }
 
-    /// The runs of blocks that it touches on the row at (sin θ, cos θ), which has `blocks` of them, the first of which starts
-    /// at ψ = `origin`.
+    /// What it touches of the eight rows at (sin θ, cos θ).
     #[inline(always)]
-    pub(super) fn runs(&self, sin: f64, cos: f64, blocks: usize, origin: f64) -> Runs {
-        const NONE: Runs = [(0, 0); 2];
-        let height = self.square - 0.5 * (1.0 - cos * self.cos - sin * self.sin);
-        if height <= 0.0 {
-            return NONE;
-        }
-        let room = sin * self.sin;
-        let half_width = if height >= room {
-            PI
-        } else {
-            // asin y ≤ y + (π/2 − 1) y³ on [0, 1].
-            let y = (height / room).sqrt();
-            (2.0 * y * (1.0 + (0.5 * PI - 1.0) * y * y)).min(PI)
-        };
+    pub(super) fn arcs<S: Simd>(&self, simd: S, sin: &[f64; 8], cos: &[f64; 8]) -> Arcs {
+        let splat = |value| f64x8::splat(simd, value);
+        let (zero, one, pi) = (splat(0.0), splat(1.0), splat(PI));
+        let sin = f64x8::from_slice(simd, sin);
+        let cos = f64x8::from_slice(simd, cos);
+        let dot = cos * splat(self.cos) + sin * splat(self.sin);
+        let height = splat(self.square) - splat(0.5) * (one - dot);
+        let room = sin * splat(self.sin);
+        // asin y ≤ y + (π/2 − 1) y³ on [0, 1].
+        let square = height / room;
+        let y = square.sqrt();
+        let cap = (y + y) * square.mul_add(splat(0.5 * PI - 1.0), one);
+        let cap = height.simd_lt(room).select(cap.min(pi), pi);
         // Along the row ω·axis = a cos(ψ − turn) + b: the band is one arc about `turn`, or two beside it.
-        let (a, b) = (sin * self.across, cos * self.along);
-        if b - a > self.high || b + a < self.low {
-            return NONE;
+        let (a, b) = (sin * splat(self.across), cos * splat(self.along));
+        let (low, high) = (splat(self.low), splat(self.high));
+        let (least, most) = (b - a, b + a);
+        let error = splat(ARC_COSINE_ERROR);
+        let inner = (arc_cosine(simd, (high - b) / a) - error).max(zero);
+        let inner = high.simd_lt(most).select(inner, zero);
+        let outer = (arc_cosine(simd, (low - b) / a) + error).min(pi);
+        let outer = least.simd_lt(low).select(outer, pi);
+        let none = splat(-1.0);
+        let cap = zero.simd_lt(height).select(cap, none);
+        let cap = high.simd_lt(least).select(none, cap);
+        let cap = most.simd_lt(low).select(none, cap);
+        let store = |lanes: f64x8<S>| {
+            let mut values = [0.0; 8];
+            lanes.store_slice(&mut values);
+            values
+        };
+        Arcs {
+            cap: store(cap),
+            inner: store(inner),
+            outer: store(outer),
         }
-        let inner = if b + a > self.high {
-            (arc_cosine((self.high - b) / a) - ARC_COSINE_ERROR).max(0.0)
-        } else {
-            0.0
-        };
-        let outer = if b - a < self.low {
-            (arc_cosine((self.low - b) / a) + ARC_COSINE_ERROR).min(PI)
-        } else {
-            PI
-        };
-        let mut offset = self.turn - self.psi;
-        if offset > PI {
-            offset -= TAU;
-        } else if offset < -PI {
-            offset += TAU;
+    }
+
+    /// The runs of blocks that it touches on a row, which has `blocks` of them, the first of which starts at ψ = `origin`.
+    #[inline(always)]
+    pub(super) fn runs(&self, arcs: &Arcs, lane: usize, blocks: usize, origin: f64) -> Runs {
+        let (cap, inner, outer) = (arcs.cap[lane], arcs.inner[lane], arcs.outer[lane]);
+        if cap < 0.0 {
+            return [(0, 0); 2];
         }
-        let arcs = if inner == 0.0 {
-            [(offset - outer, offset + outer), (1.0, -1.0)]
-        } else {
-            [
-                (offset - outer, offset - inner),
-                (offset + inner, offset + outer),
-            ]
-        };
         let scale = blocks as f64 / TAU;
         let start = self.psi - origin;
         // Runs of whole blocks, as they follow each other from ψ = start − π on.
         let mut runs = [(0i64, -1i64); 3];
         let mut found = 0;
-        for (from, to) in arcs {
-            for turn in [-TAU, 0.0, TAU] {
-                let from = (from + turn).max(-half_width);
-                let to = (to + turn).min(half_width);
-                if from <= to && found < 3 {
-                    runs[found] = (
-                        ((start + from) * scale).floor() as i64,
-                        ((start + to) * scale).floor() as i64,
-                    );
-                    found += 1;
-                }
+        let mut cut = |from: f64, to: f64| {
+            let (from, to) = (from.max(-cap), to.min(cap));
+            if from <= to && found < 3 {
+                runs[found] = (
+                    ((start + from) * scale).floor() as i64,
+                    ((start + to) * scale).floor() as i64,
+                );
+                found += 1;
             }
+        };
+        let mut around = |from: f64, to: f64| {
+            if to - TAU >= -cap {
+                cut(from - TAU, to - TAU);
+            }
+            cut(from, to);
+            if from + TAU <= cap {
+                cut(from + TAU, to + TAU);
+            }
+        };
+        if inner == 0.0 && outer >= PI {
+            cut(-cap, cap);
+        } else if inner == 0.0 {
+            around(self.offset - outer, self.offset + outer);
+        } else {
+            around(self.offset - outer, self.offset - inner);
+            around(self.offset + inner, self.offset + outer);
         }
         merge(&mut runs[..found], blocks as i64)
     }
 }
 
+/// What a region touches of eight rows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arcs {
+    /// The half width of the cap in ψ; below 0 if the row is outside the region.
+    cap: [f64; 8],
+    /// Where the band begins and ends, on both sides of its axis.
+    inner: [f64; 8],
+    outer: [f64; 8],
+}
+
 /// At most two disjoint runs that cover the given ones, none of which is longer than the circle.
 #[inline(always)]
 fn merge(runs: &mut [(i64, i64)], blocks: i64) -> Runs {
-    if runs.is_empty() {
-        return [(0, 0); 2];
-    }
     let whole = [(0, blocks as usize), (0, 0)];
-    runs.sort_unstable();
+    let at = |mut block: i64| {
+        while block < 0 {
+            block += blocks;
+        }
+        while block >= blocks {
+            block -= blocks;
+        }
+        block as usize
+    };
+    match runs {
+        [] => return [(0, 0); 2],
+        [(first, end)] => {
+            return if *end - *first + 1 >= blocks {
+                whole
+            } else {
+                [(at(*first), (*end - *first + 1) as usize), (0, 0)]
+            };
+        }
+        _ => runs.sort_unstable(),
+    }
     let (first, end) = (runs[0].0, runs[runs.len() - 1].1.max(runs[0].1));
-    let at = |block: i64| block.rem_euclid(blocks) as usize;
     // The widest gap between two runs that is not the one round the back.
     let mut split = None;
     let mut covered = runs[0].1;
@@ -165,16 +213,22 @@ const ARC_COSINE_ERROR: f64 = 1e-4;
 
 /// acos to 7·10⁻⁵, for an argument in [−1, 1]: Abramowitz and Stegun 4.4.45.
 #[inline(always)]
-fn arc_cosine(x: f64) -> f64 {
+fn arc_cosine<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
+    let splat = |value| f64x8::splat(simd, value);
     let y = x.abs();
-    let value = (1.0 - y).max(0.0).sqrt()
-        * (1.570_728_8 + y * (-0.212_114_4 + y * (0.074_261 - 0.018_729_3 * y)));
-    if x < 0.0 { PI - value } else { value }
+    let mut sum = splat(-0.018_729_3);
+    for coefficient in [0.074_261, -0.212_114_4, 1.570_728_8] {
+        sum = sum.mul_add(y, splat(coefficient));
+    }
+    let value = (splat(1.0) - y).max(splat(0.0)).sqrt() * sum;
+    x.simd_lt(splat(0.0)).select(splat(PI) - value, value)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vectors;
+    use fearless_simd::dispatch;
     use rand::{RngExt, SeedableRng};
 
     #[test]
@@ -197,7 +251,10 @@ mod tests {
             let theta = PI * random.random::<f64>();
             let blocks = 3 + (random.random::<f64>() * 40.0) as usize;
             let origin = 0.1;
-            let runs = region.runs(theta.sin(), theta.cos(), blocks, origin);
+            let arcs = dispatch!(vectors::level(), simd => {
+                region.arcs(simd, &[theta.sin(); 8], &[theta.cos(); 8])
+            });
+            let runs = region.runs(&arcs, 5, blocks, origin);
             let mut hits = vec![0; blocks];
             for (first, count) in runs {
                 for block in first..first + count {

@@ -69,7 +69,8 @@ impl Strip {
     }
 
     /// ∫ K (1 − s(c · `recip`)) L dω over the light above the horizon with t²/σ² ≤ `exponent`, s being the step of
-    /// [`Part`](super::kernel::Part), with points no farther apart than about `spacing`; none if the lobe goes round its normal.
+    /// [`Part`](super::kernel::Part), on 1/`fineness` times as many lines and points as the lobe itself and the map's pixels ask for; none if the lobe
+    /// goes round its normal.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
         &self,
@@ -77,13 +78,13 @@ impl Strip {
         lobe: &LobeAt,
         exponent: f64,
         recip: f64,
-        spacing: f64,
+        fineness: f64,
     ) -> Option<[f64; 3]> {
         let sigma = lobe.sharpness.recip().sqrt();
         let tilt_sine = (1.0 - lobe.cosine * lobe.cosine).max(0.0).sqrt();
         // Away from the viewer, and across.
-        let forward = (lobe.cosine * lobe.normal - lobe.view).normalize_or_zero();
-        let aside = lobe.normal.cross(forward);
+        let forward = -lobe.forward;
+        let aside = -lobe.aside;
         // Twice the angle between half vector and normal, at the most.
         let reach = 2.0 * (sigma * exponent.sqrt()).atan();
         let elevation = lobe.cosine.min(1.0).asin();
@@ -97,7 +98,8 @@ impl Strip {
         while low < highest {
             let length = (2.0 * (low + lobe.cosine))
                 .min(LONGEST * sigma)
-                .min(NODES as f64 * spacing);
+                .min(NODES as f64 * self.step)
+                * fineness;
             // No crumbs at the end.
             let left = highest - low;
             let length = if length > 0.75 * left { left } else { length };
@@ -125,7 +127,7 @@ impl Strip {
                 let end = end / swing;
                 let end = ((1.0 - end) / (1.0 + end)).sqrt();
                 let deviation = sum_of_heights * sigma / (2.0 * swing).sqrt();
-                let step = 0.5 * (STEP * deviation).min(spacing / across);
+                let step = 0.5 * (STEP * deviation).min(self.step / across) * fineness;
                 let blocks = (2.0 * end / (8.0 * step)).ceil();
                 let line = Line {
                     up: height * lobe.normal,
