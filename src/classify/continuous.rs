@@ -172,6 +172,13 @@ fn functions(at: Reflectance) -> DVector<f64> {
         t * t * v,
         s * v * v,
         t * v * v,
+        s * s * s,
+        t * t * t,
+        v * v * v * v,
+        s * s * v * v,
+        t * t * v * v,
+        s * v * v * v,
+        t * v * v * v,
     ])
 }
 

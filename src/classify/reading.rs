@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 
 use crate::Result;
 use crate::features::{
-    Continuation, DrorFeatures, ImageSpectrum, LogBands, Modes, Needlets, PaperFeatures,
-    RingLayout, TOP_DEGREE, UnbiasedBands, Unwrapped, cosine_basis, log_fields,
+    Continuation, DrorFeatures, ImageSpectrum, LogBands, MirroredLight, Modes, Needlets,
+    PaperFeatures, RingLayout, TOP_DEGREE, UnbiasedBands, Unwrapped, cosine_basis, log_fields,
 };
 use crate::illumination::Luminance;
 use crate::reflection::{SphereImage, Viewpoint};
@@ -17,7 +17,7 @@ pub struct Reading {
     pub dror: DrorFeatures,
     /// [`Needlets`].
     pub needlets: Vec<f64>,
-    /// [`LogBands`].
+    /// [`LogBands`] and [`MirroredLight`].
     pub bands: Vec<f64>,
     /// The mean of each channel over the picture.
     pub mean: [f64; 3],
@@ -66,15 +66,19 @@ impl Reading {
 pub struct LogReader {
     layout: RingLayout,
     bands: LogBands,
+    mirrored: MirroredLight,
 }
 
 impl LogReader {
     /// How many features there are.
-    pub const FEATURES: usize = LogBands::FEATURES + 2;
+    pub const FEATURES: usize = LogBands::FEATURES + MirroredLight::FEATURES + 2;
 
     /// Whether a feature is of no use in a picture without colour.
     pub(super) fn needs_colour(feature: usize) -> bool {
-        LogBands::needs_colour(feature)
+        match feature.checked_sub(LogBands::FEATURES) {
+            None => LogBands::needs_colour(feature),
+            Some(beyond) => beyond >= MirroredLight::OF_LUMINANCE,
+        }
     }
 
     /// The plan.
@@ -85,18 +89,26 @@ impl LogReader {
         let layout = RingLayout::new(viewpoint, Reader::RINGS, Reader::ORDERS)?;
         Ok(Self {
             bands: LogBands::new(&layout)?,
+            mirrored: MirroredLight::new(&layout)?,
             layout,
         })
     }
 
-    /// [`LogBands`] of a picture and ln R/G and ln B/G of its mean: all that [`Method::LogBands`](super::Method::LogBands) uses where the exposure
+    /// [`LogBands`] and [`MirroredLight`] of a picture and ln R/G and ln B/G of its mean: all that [`Method::LogBands`](super::Method::LogBands) uses where the exposure
     /// is unknown.
     ///
     /// # Errors
     /// Pictures that are black or too small.
     pub fn features(&self, image: &SphereImage) -> Result<Vec<f64>> {
-        let mut features = self.bands.of(&Unwrapped::new(image, &self.layout)?)?;
+        let mut features = self.of(&Unwrapped::new(image, &self.layout)?)?;
         features.extend(chromaticity(image.mean()));
+        Ok(features)
+    }
+
+    /// [`LogBands`] and [`MirroredLight`].
+    fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
+        let mut features = self.bands.of(picture)?;
+        features.extend(self.mirrored.of(picture)?);
         Ok(features)
     }
 }
@@ -201,7 +213,7 @@ impl Reader {
         Ok(Reading {
             dror: DrorFeatures::of(&unwrapped)?,
             needlets: self.needlets.of(image)?,
-            bands: self.log.bands.of(&unwrapped)?,
+            bands: self.log.of(&unwrapped)?,
             mean: image.mean(),
             log_amplitudes,
             judged,

@@ -73,13 +73,12 @@ impl LogBands {
     /// How many features there are.
     pub const FEATURES: usize = FIRST + TINTS + 2 + 8 * LAGS.len() + LEVELS.len();
 
-    /// Whether a feature, or what may be appended to them, is of the chromaticity: no use in a picture without colour.
+    /// Whether a feature is of the chromaticity: no use in a picture without colour.
     pub(crate) fn needs_colour(feature: usize) -> bool {
         let steps = FIRST + TINTS + 2 + 4 * LAGS.len();
         (BANDS..3 * BANDS).contains(&feature)
             || (FIRST - 2..FIRST + TINTS).contains(&feature)
             || (steps..steps + 4 * LAGS.len()).contains(&feature)
-            || feature >= Self::FEATURES
     }
 
     /// The plan for pictures that are unwrapped onto `rings` rings by a layout of the same viewpoint.
