@@ -24,7 +24,7 @@ pub struct TrainingPlan {
 }
 
 impl Default for TrainingPlan {
-    /// Eight cameras, two pictures of each sphere, twelve random reflectances a camera, rendered to a hundredth.
+    /// Sixteen cameras, two pictures of each sphere, twelve random reflectances a camera, rendered to a hundredth.
     fn default() -> Self {
         Self {
             plan: Plan {
@@ -34,7 +34,7 @@ impl Default for TrainingPlan {
                     tolerance: 1e-2,
                     ..Settings::default()
                 },
-                turns: 8,
+                turns: 16,
             },
             developments: 2,
             random: RandomReflectances {

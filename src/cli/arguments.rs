@@ -139,7 +139,7 @@ pub(super) struct Reproduce {
     #[arg(long = "classifier", value_name = "NAME")]
     pub(super) classifiers: Vec<Method>,
     /// From how many directions about the vertical the spheres to learn from are seen; the paper's features learn from one.
-    #[arg(long, value_name = "N", default_value = "4", value_parser = up_to_1024)]
+    #[arg(long, value_name = "N", default_value = "8", value_parser = up_to_1024)]
     pub(super) turns: NonZeroUsize,
     /// The seed of the sensor's noise and of the random reflectances.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
@@ -329,7 +329,7 @@ pub(super) struct Classify {
     #[arg(long, value_name = "NAME", default_value = "sampled")]
     pub(super) lobe: Variant,
     /// By how many cameras all round, level and tilted, far and near, the spheres to learn from are seen.
-    #[arg(long, value_name = "N", default_value = "8", value_parser = up_to_1024)]
+    #[arg(long, value_name = "N", default_value = "16", value_parser = up_to_1024)]
     pub(super) turns: NonZeroUsize,
     /// Learn anew, without the features that an earlier run kept.
     #[arg(long)]
