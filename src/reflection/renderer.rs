@@ -638,7 +638,7 @@ impl Renderer {
         }
     }
 
-    /// A lobe's integral on lines along the horizon, below about the height 1/`recip` or all of it, twice as fine and twice as fine again
+    /// A lobe's integral on lines along the horizon, below about the height 1/`recip` or all of it, on finer and finer lines
     /// until two agree; none if that does not happen.
     fn along_the_horizon(
         &self,
@@ -654,8 +654,8 @@ impl Renderer {
         };
         let mut fineness = 1.0;
         let mut value = on_lines(fineness)?;
-        for _ in 0..HALVINGS {
-            fineness *= 0.5;
+        for _ in 0..FINER_LINES {
+            fineness *= 0.7;
             let better = on_lines(fineness)?;
             let error = STRIP_ERROR * difference(&value, &better);
             value = better;
@@ -926,9 +926,9 @@ const CUT_ERROR: f64 = 1.5;
 const BAND_ERROR: f64 = 0.6;
 const STRIP_ERROR: f64 = 1.0;
 
-/// Lines along the horizon are tried below so many rows of the map, and their spacing is halved so often at the most.
+/// Lines along the horizon are tried below so many rows of the map, and they are made finer so often at the most.
 const STRIP_ROWS: f64 = 16.0;
-const HALVINGS: usize = 4;
+const FINER_LINES: usize = 8;
 
 /// A lobe that is narrower than the finest grid is summed on lines if the view's cosine is below this.
 const SLANTED: f64 = 0.4;
