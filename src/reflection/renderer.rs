@@ -915,13 +915,14 @@ const MATTE_SHARE: f64 = 0.3;
 const GRID_SHARE: f64 = 0.8;
 const TAIL_SHARE: f64 = 0.2;
 
-/// What the error of the finer of two grids is taken for, over their difference: of a smooth lobe; where the horizon is softened, which costs
-/// the fourth power of the step; by a grid of half the step; and on lines, whose errors are the kinks of the map, two draws of about
-/// the same size. Most errors are far smaller. With 0.15 and 1 for the first and the last, one pixel in two hundred passed its tolerance
-/// (`examples/renderer_accuracy.rs`).
-const GRID_ERROR: f64 = 0.5;
+/// What an error is taken for. Over the doubt of one grid: of a smooth lobe, and where the horizon is softened, whose doubt crosses 0 now and then beside a
+/// larger error (with 1 one sight in a hundred and fifty passed its tolerance there).
 const DOUBT: f64 = 1.0;
 const CUT_DOUBT: f64 = 3.0;
+
+/// Over the difference of two sums, of the finer one: of grids by a smooth lobe; where the horizon is softened, which costs the fourth power of the step; by a grid
+/// of half the step; and on lines 0.7 times as far apart, whose errors fall as the square. `examples/renderer_accuracy.rs` tries them.
+const GRID_ERROR: f64 = 0.5;
 const CUT_ERROR: f64 = 1.5;
 const BAND_ERROR: f64 = 0.6;
 const STRIP_ERROR: f64 = 1.0;
