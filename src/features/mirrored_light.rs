@@ -117,7 +117,7 @@ impl MirroredLight {
             },
         ));
         for ratios in &mut ratios {
-            ratios.sort_by(f64::total_cmp);
+            ratios.sort_unstable_by(f64::total_cmp);
         }
         let at = |ratios: &[f64], level: f64| ratios[(level * (ratios.len() - 1) as f64) as usize];
         let mut features: Vec<f64> = LEVELS.iter().map(|&level| at(&ratios[0], level)).collect();
@@ -146,19 +146,25 @@ impl MirroredLight {
         let mut matte = vec![[0.0; 3]; rings * columns];
         let turn = std::f64::consts::TAU / columns as f64;
         for (m, transfer) in self.transfers.iter().enumerate() {
-            for (channel, modes) in modes.iter().enumerate() {
-                for (part, amplitudes) in [modes.cosine(m), modes.sine(m)].into_iter().enumerate() {
-                    if amplitudes.is_empty() {
-                        continue;
-                    }
-                    let light = nalgebra::DVectorView::from_slice(amplitudes, rings);
-                    let irradiance = transfer * light;
-                    for column in 0..columns {
-                        let (sin, cos) = (turn * (m * column) as f64).sin_cos();
-                        let wave = if part == 0 { cos } else { sin };
-                        for ring in 0..rings {
-                            matte[ring * columns + column][channel] += wave * irradiance[ring];
-                        }
+            let waves: Vec<(f64, f64)> = (0..columns)
+                .map(|column| (turn * ((m * column) % columns) as f64).sin_cos())
+                .collect();
+            // Cosine and sine amplitudes of each channel.
+            let amplitudes = DMatrix::from_fn(rings, 6, |ring, part| {
+                let modes = &modes[part % 3];
+                let of = if part < 3 {
+                    modes.cosine(m)
+                } else {
+                    modes.sine(m)
+                };
+                of.get(ring).copied().unwrap_or(0.0)
+            });
+            let irradiance = transfer * amplitudes;
+            for (row, values) in irradiance.row_iter().zip(matte.chunks_exact_mut(columns)) {
+                let parts: [f64; 6] = std::array::from_fn(|part| row[part]);
+                for (value, (sin, cos)) in values.iter_mut().zip(&waves) {
+                    for channel in 0..3 {
+                        value[channel] += cos * parts[channel] + sin * parts[channel + 3];
                     }
                 }
             }
