@@ -169,7 +169,7 @@ fn learning_and_reading() {
         },
         random: RandomReflectances {
             roughnesses: 3,
-            colours: 3,
+            colours: 4,
             ..RandomReflectances::default()
         },
         ..TrainingPlan::default()

@@ -138,9 +138,15 @@ impl Posterior {
     ///
     /// Each point stands for its cell: the grid need not be even.
     pub(super) fn of_likelihoods(shares: &[f64], sigmas: &[f64], mut log: Vec<f64>) -> Self {
-        for (i, value) in log.iter_mut().enumerate() {
-            *value += cell(shares, i % shares.len(), |x| x).ln();
-            *value += cell(sigmas, i / shares.len(), |x| (x + 1e-3).ln()).ln();
+        let cells = |axis: &[f64], scale: fn(f64) -> f64| -> Vec<f64> {
+            (0..axis.len()).map(|i| cell(axis, i, scale).ln()).collect()
+        };
+        let (wide, high) = (cells(shares, |x| x), cells(sigmas, |x| (x + 1e-3).ln()));
+        for (row, high) in log.chunks_exact_mut(shares.len().max(1)).zip(high) {
+            for (value, wide) in row.iter_mut().zip(&wide) {
+                *value += wide;
+                *value += high;
+            }
         }
         let total = log_sum_exp(log.iter().copied());
         Self {

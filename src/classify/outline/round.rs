@@ -156,7 +156,7 @@ fn settle(edges: &Edges, rough: Circle) -> Option<Circle> {
 /// larger.
 ///
 /// The score is the tail of the binomial distribution by Chernoff's bound, n·KL(seen ‖ chance), with an independent place every four pixels: what
-/// is called meaningful a contrario (Desolneux, Moisan and Morel 2000, 10.1023/A:1026593302236).
+/// is called meaningful a contrario (Desolneux, Moisan and Morel 2000, doi:10.1023/A:1026593302236).
 fn support(edges: &Edges, circle: Circle) -> Support {
     const TOLERANCE: f64 = 0.75;
     let bins = (TAU * circle.radius / 2.0).ceil() as usize;
