@@ -78,7 +78,7 @@ impl<S: Simd> Lanes<S> for f32x8<S> {
         Self::from_slice(simd, single)
     }
 
-    /// To 2·10⁻⁷ of its value.
+    /// To 3·10⁻⁷ + 10⁻⁷ |x| of its value.
     #[inline(always)]
     fn exponential(self, simd: S) -> Self {
         let splat = |value: f32| Self::splat(simd, value);
@@ -439,4 +439,28 @@ pub(super) fn exponential<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
         sum = sum.mul_add(fraction, splat(coefficient));
     }
     sum * power
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vectors;
+    use fearless_simd::dispatch;
+
+    #[test]
+    fn both_exponentials_are_that_of_the_standard_library() {
+        for index in 0..=8000 {
+            let x = -0.01 * f64::from(index);
+            let (double, single) = dispatch!(vectors::level(), simd => {
+                let double = Lanes::exponential(f64x8::splat(simd, x), simd);
+                let single = Lanes::exponential(f32x8::splat(simd, x as f32), simd);
+                (double.total() / 8.0, single.total() / 8.0)
+            });
+            assert!((double / x.exp() - 1.0).abs() < 1e-11, "{x}: {double}");
+            let want = f64::from(x as f32).exp();
+            // Rounding of x · log₂ e costs as many units as x has binary digits.
+            let bound = 3e-7 + 1e-7 * x.abs();
+            assert!((single / want - 1.0).abs() < bound, "{x}: {single}");
+        }
+    }
 }
