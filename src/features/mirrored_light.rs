@@ -252,4 +252,23 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_plastic_has_a_floor_and_chrome_has_none() {
+        let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32).expect("it has rings");
+        let plan = MirroredLight::new(&layout).expect("it has orders enough");
+        let darkest = |diffuse: f64, specular: f64| {
+            let material = Material::from_albedos("sphere", [diffuse; 3], [specular; 3], 0.0)
+                .expect("the albedos are allowed");
+            let picture = Unwrapped::new(&picture(&material), &layout).expect("it is large");
+            plan.of(&picture).expect("it is not black")[0].exp()
+        };
+        // ρ_d/(ρ_d + ρ_s), but for how irradiance differs from place to place.
+        for (diffuse, specular) in [(0.04, 0.06), (0.2, 0.05)] {
+            let floor = diffuse / (diffuse + specular);
+            let found = darkest(diffuse, specular) / floor;
+            assert!((0.6..1.5).contains(&found), "{found} of {floor}");
+        }
+        assert!(darkest(0.0, 1.0) < 0.02);
+    }
 }
