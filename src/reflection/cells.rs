@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use fearless_simd::{f64x8, prelude::*};
 
-use super::kernel::{LobeAt, Part, RowLobe};
+use super::kernel::{EightRows, LobeAt, Part, RowLobe, Shape};
 use super::region::Region;
 use super::renderer::Light;
 use crate::illumination::EnvironmentMap;
@@ -134,7 +134,9 @@ impl Cells {
         let next = strip.sin_cos();
         let (mut sin, mut cos) = ((rows.start as f64 + 0.5) * strip).sin_cos();
         let (mut sines, mut cosines) = ([0.0; 8], [0.0; 8]);
+        let shape = Shape::<f64x8<S>>::new(simd, lobe);
         let mut arcs = region.arcs(simd, &sines, &cosines);
+        let mut eight = EightRows::new::<S, f64x8<S>>(lobe, &sines, &cosines);
         for (count, index) in rows.enumerate() {
             if count % 2 == 0 {
                 for half in [0, NODES] {
@@ -144,6 +146,7 @@ impl Cells {
                     (sin, cos) = turn(sin, cos, next);
                 }
                 arcs = region.arcs(simd, &sines, &cosines);
+                eight = EightRows::new::<S, f64x8<S>>(lobe, &sines, &cosines);
             }
             // Where the strip lies between the rows of pixel centres.
             let place = (index as f64 + 0.5) / parts as f64 - 0.5;
@@ -151,7 +154,7 @@ impl Cells {
             let below = self.row(place.floor() as isize + 1);
             for (node, weight) in self.weights.into_iter().enumerate() {
                 let lane = node + NODES * (count % 2);
-                let (sin, cos) = (sines[lane], cosines[lane]);
+                let sin = sines[lane];
                 let fraction = (index as f64 + 0.5 + 0.5 * self.nodes[node]) / parts as f64
                     - 0.5
                     - place.floor();
@@ -165,7 +168,7 @@ impl Cells {
                 if runs[0].1 == 0 {
                     continue;
                 }
-                let lobe = RowLobe::<f64x8<S>>::new(simd, lobe, sin, cos);
+                let lobe = RowLobe::new(simd, shape, &eight, lane);
                 let value_at = |column: usize| {
                     let a = pixels[above.0 + (column + above.1) % self.width];
                     let b = pixels[below.0 + (column + below.1) % self.width];

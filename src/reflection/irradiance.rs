@@ -229,9 +229,20 @@ impl IrradianceTable {
         (value, SUM_ERROR * value.iter().sum::<f64>() / 3.0)
     }
 
-    /// About the irradiance at a direction of the map's frame, without what the bright pixels give.
+    /// About the irradiance at a direction of the map's frame, without what the bright pixels give: that of a node beside it.
     pub(super) fn of_the_rest(&self, normal: DVec3) -> [f64; 3] {
-        self.look_up(normal)
+        let scale = ROWS as f64 / PI;
+        let row = arc_cosine(normal.z) * scale;
+        let across = (normal.x * normal.x + normal.y * normal.y).sqrt();
+        let turn = arc_cosine(normal.x / across.max(f64::MIN_POSITIVE)) * scale;
+        let column = if normal.y < 0.0 {
+            (2 * ROWS) as f64 - turn
+        } else {
+            turn
+        };
+        let row = (row.max(0.0) as usize).min(ROWS - 1) + PAD;
+        let column = (column.max(0.0) as usize).min(2 * ROWS - 1) + PAD;
+        self.nodes[row * self.columns + column].map(f64::from)
     }
 
     /// What the bright pixels give, each to about `allowed`.
@@ -450,17 +461,25 @@ fn hat_moments(row: usize, height: usize) -> (f64, f64, f64) {
 #[inline(always)]
 fn lagrange(x: f64) -> [f64; TAPS] {
     let d: [f64; TAPS] = std::array::from_fn(|index| x - (index as f64 - 2.0));
-    const BELOW: [f64; TAPS] = [-120.0, 24.0, -12.0, 12.0, -24.0, 120.0];
+    const OVER: [f64; 3] = [1.0 / 120.0, 1.0 / 24.0, 1.0 / 12.0];
     let (low, high) = (d[0] * d[1], d[4] * d[5]);
     let middle = d[2] * d[3];
     [
-        d[1] * middle * high / BELOW[0],
-        d[0] * middle * high / BELOW[1],
-        low * d[3] * high / BELOW[2],
-        low * d[2] * high / BELOW[3],
-        low * middle * d[5] / BELOW[4],
-        low * middle * d[4] / BELOW[5],
+        d[1] * middle * high * -OVER[0],
+        d[0] * middle * high * OVER[1],
+        low * d[3] * high * -OVER[2],
+        low * d[2] * high * OVER[2],
+        low * middle * d[5] * -OVER[1],
+        low * middle * d[4] * OVER[0],
     ]
+}
+
+/// acos to 7·10⁻⁵: Abramowitz and Stegun 4.4.45.
+fn arc_cosine(x: f64) -> f64 {
+    let y = x.abs().min(1.0);
+    let series = 1.570_728_8 + y * (-0.212_114_4 + y * (0.074_261 - 0.018_729_3 * y));
+    let angle = (1.0 - y).sqrt() * series;
+    if x < 0.0 { PI - angle } else { angle }
 }
 
 /// The function of a map on the nodes of a grid: channel after channel.

@@ -1,21 +1,27 @@
-//! A Ward lobe evaluated along a row of directions, eight at a time.
+//! A Ward lobe evaluated along a row of directions, eight or sixteen at a time.
 //!
 //! Everything is in the map's frame: (sin θ cos ψ, sin θ sin ψ, cos θ) with ψ growing with the map's columns. It is the
 //! world's frame up to a mirroring, which no scalar product sees.
 
-use fearless_simd::{f32x8, f64x8, prelude::*};
+use fearless_simd::{f32x8, f32x16, f64x8, prelude::*};
 use glam::DVec3;
 
 use crate::reflectance::Variant;
 
-/// Eight numbers of double or of single precision.
+/// Eight numbers of double precision, or sixteen of single precision: what 512 bits hold.
 ///
 /// A lobe in single precision is good to about 10⁻⁶/σ of its value, half a unit in the last place of a light's direction over σ.
 pub(super) trait Lanes<S: Simd>: SimdFloat<S> {
+    /// How many.
+    const COUNT: usize;
+
     /// Half vectors that point outwards by no more than this are left out.
     const NEAR_ZERO: f64;
 
-    /// Eight times a number.
+    /// A number in this precision.
+    fn element(value: f64) -> Self::Element;
+
+    /// The same number everywhere.
     fn all(simd: S, value: f64) -> Self;
 
     /// Of numbers that are there in both precisions.
@@ -26,12 +32,18 @@ pub(super) trait Lanes<S: Simd>: SimdFloat<S> {
     /// eˣ for x ≤ 0; about the smallest normal number where it is below that.
     fn exponential(self, simd: S) -> Self;
 
-    /// The sum of the eight.
+    /// The sum of all.
     fn total(self) -> f64;
 }
 
 impl<S: Simd> Lanes<S> for f64x8<S> {
+    const COUNT: usize = 8;
     const NEAR_ZERO: f64 = 1e-9;
+
+    #[inline(always)]
+    fn element(value: f64) -> f64 {
+        value
+    }
 
     #[inline(always)]
     fn all(simd: S, value: f64) -> Self {
@@ -60,8 +72,14 @@ impl<S: Simd> Lanes<S> for f64x8<S> {
     }
 }
 
-impl<S: Simd> Lanes<S> for f32x8<S> {
+impl<S: Simd> Lanes<S> for f32x16<S> {
+    const COUNT: usize = 16;
     const NEAR_ZERO: f64 = 1e-6;
+
+    #[inline(always)]
+    fn element(value: f64) -> f32 {
+        value as f32
+    }
 
     #[inline(always)]
     fn all(simd: S, value: f64) -> Self {
@@ -87,7 +105,7 @@ impl<S: Simd> Lanes<S> for f32x8<S> {
         let scaled = self.max(splat(-87.0)) * splat(std::f32::consts::LOG2_E);
         let shifted = scaled + splat(SHIFT);
         let fraction = (scaled - (shifted - splat(SHIFT))) * splat(std::f32::consts::LN_2);
-        let power: Self = (shifted.bitcast::<fearless_simd::u32x8<S>>() << 23).bitcast();
+        let power: Self = (shifted.bitcast::<fearless_simd::u32x16<S>>() << 23).bitcast();
         let mut sum = splat(1.0 / 720.0);
         for coefficient in [1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0] {
             sum = sum.mul_add(fraction, splat(coefficient));
@@ -181,7 +199,7 @@ pub(super) enum Part {
 
 /// A lobe's shape: what it is, given the light's cosine and the half vector's slope.
 #[derive(Clone, Copy)]
-struct Shape<V> {
+pub(super) struct Shape<V> {
     variant: Variant,
     cosine: V,
     sharpness: V,
@@ -190,7 +208,7 @@ struct Shape<V> {
 
 impl<V> Shape<V> {
     #[inline(always)]
-    fn new<S: Simd>(simd: S, lobe: &LobeAt) -> Self
+    pub(super) fn new<S: Simd>(simd: S, lobe: &LobeAt) -> Self
     where
         V: Lanes<S>,
     {
@@ -292,7 +310,39 @@ impl<S: Simd> PointLobe<S> {
     }
 }
 
-/// The lobe along a row: v + i has three parts, along the normal, along the view's projection and across, and each is a cosine wave in ψ.
+/// Eight rows: v + i has three parts, along the normal, along the view's projection and across, and on each row they are cosine waves in ψ.
+/// The factors of cos ψ and sin ψ and the constant of each, for the eight rows.
+#[derive(Clone, Copy)]
+pub(super) struct EightRows<E> {
+    waves: [[[E; 8]; 3]; 3],
+}
+
+impl<E: Copy> EightRows<E> {
+    /// At rows of (sin θ, cos θ).
+    #[inline(always)]
+    pub(super) fn new<S: Simd, V: Lanes<S, Element = E>>(
+        lobe: &LobeAt,
+        sin: &[f64; 8],
+        cos: &[f64; 8],
+    ) -> Self {
+        let mut waves = [[[V::element(0.0); 8]; 3]; 3];
+        let along = lobe.view.dot(lobe.forward);
+        for (wave, (axis, offset)) in
+            waves
+                .iter_mut()
+                .zip([(lobe.normal, 0.0), (lobe.forward, along), (lobe.aside, 0.0)])
+        {
+            for lane in 0..8 {
+                wave[0][lane] = V::element(sin[lane] * axis.x);
+                wave[1][lane] = V::element(sin[lane] * axis.y);
+                wave[2][lane] = V::element(cos[lane] * axis.z + offset);
+            }
+        }
+        Self { waves }
+    }
+}
+
+/// The lobe along a row.
 #[derive(Clone, Copy)]
 pub(super) struct RowLobe<V> {
     shape: Shape<V>,
@@ -302,27 +352,39 @@ pub(super) struct RowLobe<V> {
 }
 
 impl<V> RowLobe<V> {
+    /// On one of eight rows.
     #[inline(always)]
-    pub(super) fn new<S: Simd>(simd: S, lobe: &LobeAt, sin: f64, cos: f64) -> Self
+    pub(super) fn new<S: Simd>(
+        simd: S,
+        shape: Shape<V>,
+        rows: &EightRows<V::Element>,
+        lane: usize,
+    ) -> Self
     where
         V: Lanes<S>,
     {
-        let wave = |axis: DVec3, offset: f64| {
-            [
-                V::all(simd, sin * axis.x),
-                V::all(simd, sin * axis.y),
-                V::all(simd, cos * axis.z + offset),
-            ]
-        };
+        let [normal, forward, aside] = &rows.waves;
         Self {
-            shape: Shape::new(simd, lobe),
-            normal: wave(lobe.normal, 0.0),
-            forward: wave(lobe.forward, lobe.view.dot(lobe.forward)),
-            aside: wave(lobe.aside, 0.0),
+            shape,
+            normal: [
+                V::splat(simd, normal[0][lane]),
+                V::splat(simd, normal[1][lane]),
+                V::splat(simd, normal[2][lane]),
+            ],
+            forward: [
+                V::splat(simd, forward[0][lane]),
+                V::splat(simd, forward[1][lane]),
+                V::splat(simd, forward[2][lane]),
+            ],
+            aside: [
+                V::splat(simd, aside[0][lane]),
+                V::splat(simd, aside[1][lane]),
+                V::splat(simd, aside[2][lane]),
+            ],
         }
     }
 
-    /// A part of the lobe at eight columns, and the same with its horizon, if that is softened, softened more.
+    /// A part of the lobe at some columns, and the same with its horizon, if that is softened, softened more.
     #[inline(always)]
     pub(super) fn evaluate<S: Simd>(&self, simd: S, cos: V, sin: V, part: Part) -> [V; 2]
     where
@@ -335,33 +397,46 @@ impl<V> RowLobe<V> {
     }
 }
 
-/// The lobe along a line of equal height over the horizon: 1 + v·i is a cosine wave in the azimuth about the normal.
+/// The lobe along a line of equal height over the horizon: t² + 1 = 2 (1 + v·i)/(n·(v + i))², where 1 + v·i grows with sin²(a/2), a being the
+/// azimuth about the normal from the mirror's direction on.
 #[derive(Clone, Copy)]
-pub(super) struct LineLobe<S: Simd> {
-    shape: Shape<f64x8<S>>,
-    height: f64x8<S>,
-    middle: f64x8<S>,
-    swing: f64x8<S>,
+pub(super) struct LineLobe<V> {
+    shape: Shape<V>,
+    height: V,
+    least: V,
+    growth: V,
 }
 
-impl<S: Simd> LineLobe<S> {
+impl<V> LineLobe<V> {
     /// The line of the light's cosine `height`, where v·i swings by `swing`, the product of both sines.
     #[inline(always)]
-    pub(super) fn new(simd: S, lobe: &LobeAt, height: f64, swing: f64) -> Self {
-        let splat = |value| f64x8::splat(simd, value);
+    pub(super) fn new<S: Simd>(
+        simd: S,
+        shape: Shape<V>,
+        lobe: &LobeAt,
+        height: f64,
+        swing: f64,
+    ) -> Self
+    where
+        V: Lanes<S>,
+    {
+        let recip = 1.0 / (height + lobe.cosine);
+        let twice = 2.0 * recip * recip;
         Self {
-            shape: Shape::new(simd, lobe),
-            height: splat(height),
-            middle: splat(1.0 + height * lobe.cosine),
-            swing: splat(-swing),
+            shape,
+            height: V::all(simd, height),
+            least: V::all(simd, twice * (1.0 + height * lobe.cosine - swing) - 1.0),
+            growth: V::all(simd, twice * 2.0 * swing),
         }
     }
 
-    /// The lobe at the cosines of eight azimuths, counted from the mirror's direction.
+    /// The lobe at the azimuths of some sin²(a/2).
     #[inline(always)]
-    pub(super) fn evaluate(&self, simd: S, cos: f64x8<S>) -> f64x8<S> {
-        let half = self.swing.mul_add(cos, self.middle);
-        let square = |recip| square_of_slope(simd, half, recip);
+    pub(super) fn evaluate<S: Simd>(&self, simd: S, sine_squared: V) -> V
+    where
+        V: Lanes<S>,
+    {
+        let square = |_| self.growth.mul_add(sine_squared, self.least);
         self.shape.at(simd, self.height, square, Part::Whole)[0]
     }
 }
@@ -453,8 +528,8 @@ mod tests {
             let x = -0.01 * f64::from(index);
             let (double, single) = dispatch!(vectors::level(), simd => {
                 let double = Lanes::exponential(f64x8::splat(simd, x), simd);
-                let single = Lanes::exponential(f32x8::splat(simd, x as f32), simd);
-                (double.total() / 8.0, single.total() / 8.0)
+                let single = Lanes::exponential(f32x16::splat(simd, x as f32), simd);
+                (double.total() / 8.0, single.total() / 16.0)
             });
             assert!((double / x.exp() - 1.0).abs() < 1e-11, "{x}: {double}");
             let want = f64::from(x as f32).exp();

@@ -146,6 +146,9 @@ impl Lamps {
         narrow: f64,
         more: usize,
     ) -> [f64; 3] {
+        if self.lamps.is_empty() {
+            return [0.0; 3];
+        }
         let size = self.step / narrow;
         let rule = RULES
             .iter()

@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 use fearless_simd::{Level as SimdLevel, dispatch, prelude::*};
 
-use super::kernel::{Lanes, LobeAt, Part, RowLobe};
+use super::kernel::{EightRows, Lanes, LobeAt, Part, RowLobe, Shape};
 use super::region::Region;
 use crate::Parallelism;
 use crate::sphere::Rule;
@@ -22,13 +22,13 @@ const FEWER_TAPS: usize = 8;
 /// The rows of the levels: steps of 4/3 or 3/2. The finest resolves a third of a pixel.
 const ROWS: [usize; 13] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
 
+/// Rows have a multiple of so many nodes, and as many more round the circle, so that blocks of them begin anywhere.
+const BLOCK: usize = 16;
+
 /// A circle of equally spaced columns.
 #[derive(Debug)]
 struct Columns {
-    cos: Vec<f64>,
-    sin: Vec<f64>,
-    cos_single: Vec<f32>,
-    sin_single: Vec<f32>,
+    count: usize,
     /// After so many columns the weights repeat, `shift` pixels on.
     period: usize,
     shift: usize,
@@ -39,12 +39,23 @@ struct Columns {
     weights: Vec<[f64; 4]>,
 }
 
+/// (cos ψ, sin ψ) of the columns of all circles, and of [`BLOCK`] more of each.
+#[derive(Debug, Default)]
+struct Circles {
+    cos: Vec<f64>,
+    sin: Vec<f64>,
+    cos_single: Vec<f32>,
+    sin_single: Vec<f32>,
+}
+
 /// A row of nodes.
 #[derive(Debug)]
 struct Row {
-    /// Which [`Columns`].
-    columns: usize,
-    /// Where its moments start.
+    /// How many.
+    count: usize,
+    /// Where its columns start in [`Circles`].
+    circle: usize,
+    /// Where its moments start: those of the three channels, and of their mean with fewer nodes, each with [`BLOCK`] more.
     start: usize,
 }
 
@@ -55,8 +66,9 @@ struct Level {
     /// (sin θ, cos θ) of the rows, and of as many more as make eights.
     sin: Vec<f64>,
     cos: Vec<f64>,
-    /// Of the channels, and of their mean with fewer nodes.
-    moments: [Vec<f32>; 4],
+    /// How many columns they have.
+    counts: Vec<f64>,
+    moments: Vec<f32>,
 }
 
 /// A sum over a grid, and how far off the channels' mean is with fewer nodes and a softer horizon.
@@ -69,7 +81,7 @@ pub(super) struct Checked {
 /// The moments of a map on grids from coarse to fine.
 #[derive(Debug)]
 pub(super) struct Pyramid {
-    columns: Vec<Columns>,
+    circles: Circles,
     /// From the coarsest to the finest.
     levels: Vec<Level>,
 }
@@ -89,6 +101,7 @@ impl Pyramid {
         let finest = rows[rows.len() - 1];
         let counts = column_counts(2 * finest + 2 * TAPS);
         let columns = parallelism.map(counts.len(), |index| Columns::new(counts[index], width));
+        let circles = Circles::new(&counts);
         let pixels: Vec<[f64; 4]> = pixels
             .iter()
             .map(|&[r, g, b]| [r, g, b, (r + g + b) / 3.0])
@@ -102,7 +115,7 @@ impl Pyramid {
             })
         });
         levels.reverse();
-        Self { columns, levels }
+        Self { circles, levels }
     }
 
     /// The angle between the rows of a level.
@@ -119,7 +132,7 @@ impl Pyramid {
     pub(super) fn level(&self, step: f64) -> Option<usize> {
         self.levels
             .iter()
-            .position(|level| PI / level.rows.len() as f64 <= step)
+            .position(|level| PI <= level.rows.len() as f64 * step)
     }
 
     /// ∫ K L dω over a region for a part K of a lobe, which must be smooth at the scale of the level.
@@ -134,54 +147,121 @@ impl Pyramid {
         part: Part,
     ) -> Checked {
         let level = &self.levels[level];
+        let shape = Shape::<V>::new(simd, lobe);
         let mut sums = [V::all(simd, 0.0); 4];
         let rows = region.rows(level.rows.len());
+        // Where to evaluate is found apart from evaluating, which then goes on without a branch that depends on it.
+        let mut blocks = [Block::default(); BLOCKS];
+        let mut found = 0;
         for eight in rows.start / 8..rows.end.div_ceil(8) {
-            let (sin, cos) = (
-                &level.sin.as_chunks().0[eight],
-                &level.cos.as_chunks().0[eight],
-            );
-            let arcs = region.arcs(simd, sin, cos);
+            let sin = &level.sin.as_chunks().0[eight];
+            let cos = &level.cos.as_chunks().0[eight];
+            let nodes = region.nodes(simd, sin, cos, &level.counts.as_chunks().0[eight]);
+            let waves = EightRows::new::<S, V>(lobe, sin, cos);
             for index in rows.start.max(8 * eight)..rows.end.min(8 * eight + 8) {
                 let (row, lane) = (&level.rows[index], index % 8);
-                let columns = &self.columns[row.columns];
-                let blocks = columns.cos.len() / 8;
-                let runs = region.runs(&arcs, lane, blocks, 0.0);
-                if runs[0].1 == 0 {
-                    continue;
-                }
-                let lobe = RowLobe::<V>::new(simd, lobe, sin[lane], cos[lane]);
-                for (first, count) in runs {
-                    for block in first..first + count {
-                        let at = 8 * if block < blocks {
-                            block
-                        } else {
-                            block - blocks
+                for (first, many) in region.row(&nodes, lane, row.count, V::COUNT) {
+                    let mut at = first;
+                    for _ in 0..many / V::COUNT {
+                        blocks[found] = Block {
+                            lane,
+                            circle: row.circle + at,
+                            moments: row.start + at,
+                            stride: row.count + BLOCK,
                         };
-                        let load = |double: &[f64], single: &[f32]| {
-                            V::load(simd, &double[at..at + 8], &single[at..at + 8])
-                        };
-                        let [value, softer] = lobe.evaluate(
-                            simd,
-                            load(&columns.cos, &columns.cos_single),
-                            load(&columns.sin, &columns.sin_single),
-                            part,
-                        );
-                        let values = [value, value, value, softer];
-                        let at = row.start + at;
-                        for (channel, moments) in level.moments.iter().enumerate() {
-                            let moments = V::load_single(simd, &moments[at..at + 8]);
-                            sums[channel] = values[channel].mul_add(moments, sums[channel]);
+                        found += 1;
+                        if found == BLOCKS {
+                            self.add(simd, level, shape, &waves, &blocks, part, &mut sums);
+                            found = 0;
                         }
+                        at += V::COUNT;
+                        at -= if at < row.count { 0 } else { row.count };
                     }
                 }
             }
+            self.add(
+                simd,
+                level,
+                shape,
+                &waves,
+                &blocks[..found],
+                part,
+                &mut sums,
+            );
+            found = 0;
         }
-        let [r, g, b, mean] = sums.map(V::total);
+        let (r, g, b) = (sums[0].total(), sums[1].total(), sums[2].total());
+        let mean = sums[3].total();
         Checked {
             value: [r, g, b],
             doubt: ((r + g + b) / 3.0 - mean).abs(),
         }
+    }
+
+    /// Adds what some blocks hold.
+    #[inline(always)]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "one loop of `integrate`, in two places"
+    )]
+    fn add<S: Simd, V: Lanes<S>>(
+        &self,
+        simd: S,
+        level: &Level,
+        shape: Shape<V>,
+        waves: &EightRows<V::Element>,
+        blocks: &[Block],
+        part: Part,
+        sums: &mut [V; 4],
+    ) {
+        let circles = &self.circles;
+        let mut all = *sums;
+        for block in blocks {
+            let lobe = RowLobe::<V>::new(simd, shape, waves, block.lane);
+            let some = block.circle..block.circle + V::COUNT;
+            let cos = V::load(
+                simd,
+                &circles.cos[some.clone()],
+                &circles.cos_single[some.clone()],
+            );
+            let sin = V::load(simd, &circles.sin[some.clone()], &circles.sin_single[some]);
+            let [value, softer] = lobe.evaluate(simd, cos, sin, part);
+            let values = [value, value, value, softer];
+            for channel in 0..4 {
+                let at = block.moments + channel * block.stride;
+                let moments = V::load_single(simd, &level.moments[at..at + V::COUNT]);
+                all[channel] = values[channel].mul_add(moments, all[channel]);
+            }
+        }
+        *sums = all;
+    }
+}
+
+/// Nodes beside each other on one of eight rows: where they are in [`Circles`], where their moments are and how far those of the next channel.
+#[derive(Debug, Clone, Copy, Default)]
+struct Block {
+    lane: usize,
+    circle: usize,
+    moments: usize,
+    stride: usize,
+}
+
+/// So many blocks are found before they are evaluated.
+const BLOCKS: usize = 64;
+
+impl Circles {
+    fn new(counts: &[usize]) -> Self {
+        let mut circles = Self::default();
+        for &count in counts {
+            for index in 0..count + BLOCK {
+                let (sin, cos) = (TAU * (index as f64 + 0.5) / count as f64).sin_cos();
+                circles.cos.push(cos);
+                circles.sin.push(sin);
+                circles.cos_single.push(cos as f32);
+                circles.sin_single.push(sin as f32);
+            }
+        }
+        circles
     }
 }
 
@@ -196,8 +276,16 @@ impl Level {
     ) -> Self {
         let weights = row_weights(count, height);
         let mut rows = Vec::with_capacity(count);
-        let mut moments: [Vec<f32>; 4] = Default::default();
-        let mut start = 0;
+        let mut moments = Vec::new();
+        // Where each circle starts.
+        let starts: Vec<usize> = columns
+            .iter()
+            .scan(0, |next, columns| {
+                let start = *next;
+                *next += columns.count + BLOCK;
+                Some(start)
+            })
+            .collect();
         let padding = columns
             .iter()
             .map(|columns| columns.taps)
@@ -213,7 +301,7 @@ impl Level {
             let wanted = 2.0 * count as f64 * sin + 12.0;
             let chosen = columns
                 .iter()
-                .position(|columns| columns.cos.len() as f64 >= wanted)
+                .position(|columns| columns.count as f64 >= wanted)
                 .unwrap_or(columns.len() - 1);
             let columns = &columns[chosen];
             let (before, rest) = line.split_at_mut(padding);
@@ -237,32 +325,37 @@ impl Level {
             for (index, value) in after.iter_mut().enumerate() {
                 *value = middle[index % width];
             }
-            columns.gather(&line, padding, &mut moments);
+            let start = moments.len();
+            moments.resize(start + 4 * (columns.count + BLOCK), 0.0);
+            columns.gather(&line, padding, &mut moments[start..]);
             rows.push(Row {
-                columns: chosen,
+                count: columns.count,
+                circle: starts[chosen],
                 start,
             });
-            start += columns.cos.len();
         }
+        let mut counts: Vec<f64> = rows.iter().map(|row| row.count as f64).collect();
+        counts.resize(sin.len(), BLOCK as f64);
         Self {
             rows,
             sin,
             cos,
+            counts,
             moments,
         }
     }
 }
 
-/// How many columns a row may have: multiples of eight (a block of lanes) in steps of at most a third.
+/// How many columns a row may have: multiples of [`BLOCK`] in steps of at most a half.
 fn column_counts(at_least: usize) -> Vec<usize> {
     let mut counts: Vec<usize> = Vec::new();
     let mut unit = 8;
     loop {
         for count in [3 * unit, 7 * unit / 2, 4 * unit, 5 * unit] {
-            if count % 8 == 0 {
+            if count % BLOCK == 0 {
                 counts.push(count);
             }
-            if count >= at_least && count % 8 == 0 {
+            if count >= at_least && count % BLOCK == 0 {
                 return counts;
             }
         }
@@ -299,15 +392,8 @@ impl Columns {
                 );
             }
         }
-        let angle = |index: usize| TAU * (index as f64 + 0.5) / count as f64;
-        let (sin, cos): (Vec<f64>, Vec<f64>) =
-            (0..count).map(|index| angle(index).sin_cos()).unzip();
-        let single = |values: &[f64]| values.iter().map(|&value| value as f32).collect();
         Self {
-            cos_single: single(&cos),
-            sin_single: single(&sin),
-            cos,
-            sin,
+            count,
             period,
             shift,
             first,
@@ -318,10 +404,12 @@ impl Columns {
 
     /// The moments along a row of the map that is continued by `padding` pixels on both sides.
     #[inline(always)]
-    fn gather(&self, line: &[[f64; 4]], padding: usize, moments: &mut [Vec<f32>; 4]) {
-        for repeat in 0..self.cos.len() / self.period {
+    fn gather(&self, line: &[[f64; 4]], padding: usize, moments: &mut [f32]) {
+        let stride = self.count + BLOCK;
+        for repeat in 0..self.count / self.period {
             let origin = padding + repeat * self.shift;
-            for (&first, weights) in self.first.iter().zip(self.weights.chunks_exact(self.taps)) {
+            let taps = self.weights.chunks_exact(self.taps);
+            for (index, (&first, weights)) in self.first.iter().zip(taps).enumerate() {
                 let start = origin.wrapping_add_signed(first);
                 let mut sum = [0.0; 4];
                 for (weight, value) in weights.iter().zip(&line[start..start + self.taps]) {
@@ -330,9 +418,12 @@ impl Columns {
                     }
                 }
                 for channel in 0..4 {
-                    moments[channel].push(sum[channel] as f32);
+                    moments[channel * stride + repeat * self.period + index] = sum[channel] as f32;
                 }
             }
+        }
+        for channel in moments.chunks_exact_mut(stride) {
+            channel.copy_within(..BLOCK, self.count);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The renderer: a map prepared once, and from it any material under any camera.
 
-use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
+use std::f64::consts::{PI, SQRT_2};
 
-use fearless_simd::{Level as SimdLevel, dispatch, f32x8, f64x8};
+use fearless_simd::{Level as SimdLevel, dispatch, f32x16, f64x8};
 use glam::DVec3;
 
 use super::cells::{Cells, MAX_DOUBLINGS};
@@ -76,6 +76,8 @@ pub struct Renderer {
 struct Specular {
     ward: Ward,
     sigma: f64,
+    /// arctan σ.
+    angle: f64,
     share: ShareAboveHorizon,
     /// Whether single precision is good enough for sums over a grid.
     single: bool,
@@ -141,9 +143,23 @@ struct Wanted {
     tolerance: f64,
     /// The least value that it is relative to.
     floor: f64,
+    /// The decimal digits of the tolerance.
+    digits: f64,
+    /// The step of the first grid, over the standard deviation of the lobe's narrow side.
+    step: f64,
 }
 
 impl Wanted {
+    fn new(tolerance: f64, floor: f64) -> Self {
+        let digits = -tolerance.log10();
+        Self {
+            tolerance,
+            floor,
+            digits,
+            step: WIDEST_STEP * FINER_STEP.powf(digits),
+        }
+    }
+
     /// The largest error of a value that is allowed.
     fn allowed(&self, value: f64) -> f64 {
         self.tolerance * value.max(self.floor)
@@ -284,6 +300,7 @@ impl Renderer {
         }
         let specular = material.lobe(variant).map(|ward| Specular {
             sigma: ward.sigma()[0],
+            angle: ward.sigma()[0].atan(),
             share: ShareAboveHorizon::new(&ward),
             single: tolerance * ward.sigma()[0] >= SINGLE,
             ward,
@@ -292,15 +309,9 @@ impl Renderer {
         // A rough picture first, to know its mean.
         let stride = (sights.len() / ROUGH).max(1);
         let some: Vec<Sight> = sights.iter().step_by(stride).copied().collect();
-        let rough = Wanted {
-            tolerance: 0.1,
-            floor: 0.0,
-        };
+        let rough = Wanted::new(0.1, 0.0);
         let rough = self.list(material, specular, &some, rough, parallelism);
-        let wanted = Wanted {
-            tolerance: MARGIN * tolerance,
-            floor: FLOOR * picture_mean(&rough),
-        };
+        let wanted = Wanted::new(MARGIN * tolerance, FLOOR * picture_mean(&rough));
         let estimates = self.list(material, specular, sights, wanted, parallelism);
         let floor = FLOOR * picture_mean(&estimates);
         let mut errors: Vec<f64> = estimates
@@ -309,8 +320,14 @@ impl Renderer {
             // Where no two grids could be compared the estimate is infinite: nothing is known, which is an error of 1.
             .map(|estimate| (estimate.error / mean(&estimate.value).max(floor)).min(1.0))
             .collect();
-        errors.sort_by(|a, b| b.total_cmp(a));
-        let reached = errors.get(sights.len() / SPARED).copied().unwrap_or(0.0);
+        let spared = sights.len() / SPARED;
+        let reached = if spared < errors.len() {
+            *errors
+                .select_nth_unstable_by(spared, |a, b| b.total_cmp(a))
+                .1
+        } else {
+            0.0
+        };
         if reached > tolerance {
             return Err(Error::Tolerance {
                 what: "a rendering",
@@ -395,13 +412,11 @@ impl Renderer {
     /// ∫ f c_i L dω of a lobe at ρ_s = 1.
     fn lobe(&self, specular: &Specular, sight: &Sight, cosine: f64, goal: Goal) -> Estimate {
         let at = LobeSight::new(specular, sight, cosine);
-        let digits = goal.digits();
+        let digits = goal.wanted.digits;
         // Dimmer than the light about the mirror's direction: a lobe followed too far costs less than one followed twice.
         let guess = DIM * mean(&self.irradiance.of_the_rest(at.mirror)) / PI;
         let mut best = None;
-        let doubted = self
-            .pyramid
-            .level(at.narrow * WIDEST_STEP * FINER_STEP.powf(digits));
+        let doubted = self.pyramid.level(at.narrow * goal.wanted.step);
         let compared = || self.pyramid.level(at.narrow / (STEPS * digits));
         if let Some(base) = doubted.or_else(compared) {
             // They are few: as far as the darkest sight needs.
@@ -425,9 +440,8 @@ impl Renderer {
             .doublings(at.narrow * PART)
             .unwrap_or(MAX_DOUBLINGS) as usize;
         let base = self.pyramid.finest() + doublings;
-        if cosine < SLANTED
-            && best.is_none()
-            && let Some(estimate) = self.slanted(&at, guess, goal)
+        if best.is_none()
+            && let Some(estimate) = self.slanted_beside_lamps(&at, guess, goal)
         {
             return estimate;
         }
@@ -455,7 +469,7 @@ impl Renderer {
     ) -> Estimate {
         let cut = at.jump > JUMP * goal.wanted.tolerance;
         // Steps of the grid over which the horizon is softened.
-        let soft = 1.0 + 0.67 * goal.digits();
+        let soft = 1.0 + 0.67 * goal.wanted.digits;
         // Only over less than what the lobe changes over: on a somewhat finer grid, or apart from the rest.
         let apart = |rung: usize| cut && soft * self.step(rung) > SOFTEST * at.lobe.cosine;
         let base = (base..base + FINER)
@@ -507,6 +521,14 @@ impl Renderer {
             (false, _) => last,
         };
         while error > GRID_SHARE * allowed && rung < last.min(base + tries) {
+            if rung == self.pyramid.finest() && light == Light::WithoutLamps {
+                // Lines cost less than cells.
+                let goal = |value| GRID_SHARE * goal.allowed(value + mean(&lamps));
+                if let Some(lines) = self.slanted(at, reach, goal) {
+                    (value, error) = (lines.value, lines.error);
+                    break;
+                }
+            }
             rung += 1;
             let better = softened(rung, reach);
             error = (share * difference(&value, &better.value)).min(share_of_doubt * better.doubt);
@@ -514,7 +536,7 @@ impl Renderer {
             allowed = goal.allowed(mean(&value) + mean(&lamps));
         }
         if cut && error > GRID_SHARE * allowed {
-            let band = 2.0 * (1.0 + goal.digits());
+            let band = 2.0 * (1.0 + goal.wanted.digits);
             let estimate = self.by_bands(rung, light, at, reach, band, allowed);
             (value, error) = (estimate.value, estimate.error);
         }
@@ -619,8 +641,15 @@ impl Renderer {
         Estimate { value, error }
     }
 
+    /// A slanted lobe's integral without the lamps, on lines along the horizon; none if it is not slanted or does not settle.
+    fn slanted(&self, at: &LobeSight, reach: f64, goal: impl Fn(f64) -> f64) -> Option<Estimate> {
+        (at.lobe.cosine < SLANTED)
+            .then(|| self.along_the_horizon(at, reach, 0.0, goal))
+            .flatten()
+    }
+
     /// A slanted lobe's integral if no lamp is near, on lines along the horizon; none if that does not settle.
-    fn slanted(&self, at: &LobeSight, guess: f64, goal: Goal) -> Option<Estimate> {
+    fn slanted_beside_lamps(&self, at: &LobeSight, guess: f64, goal: Goal) -> Option<Estimate> {
         let tail = self.tail(at, Light::WithoutLamps);
         let mut reach = exponent(tail, goal.allowed(guess)) + 0.5;
         loop {
@@ -628,7 +657,7 @@ impl Renderer {
                 return None;
             }
             let goal_of_lines = |value| GRID_SHARE * goal.allowed(value);
-            let mut estimate = self.along_the_horizon(at, reach, 0.0, goal_of_lines)?;
+            let mut estimate = self.slanted(at, reach, goal_of_lines)?;
             let needed = exponent(tail, goal.allowed(mean(&estimate.value)));
             if needed <= reach {
                 estimate.error += tail * (-reach).exp();
@@ -680,7 +709,7 @@ impl Renderer {
         if rung <= finest {
             dispatch!(self.simd, simd => {
                 if at.single {
-                    self.pyramid.integrate::<_, f32x8<_>>(simd, rung, lobe, region, part)
+                    self.pyramid.integrate::<_, f32x16<_>>(simd, rung, lobe, region, part)
                 } else {
                     self.pyramid.integrate::<_, f64x8<_>>(simd, rung, lobe, region, part)
                 }
@@ -769,10 +798,6 @@ impl Goal {
         let total = self.beside + self.albedo * value;
         (1.0 - MATTE_SHARE) * self.wanted.allowed(total).max(1e-300) / self.shiny
     }
-
-    fn digits(&self) -> f64 {
-        -self.wanted.tolerance.log10()
-    }
 }
 
 /// A lobe at a sight, in the map's frame.
@@ -781,8 +806,8 @@ struct LobeSight {
     single: bool,
     sigma: f64,
     mirror: DVec3,
-    /// The angle of the view.
-    tilt: f64,
+    /// The sine of the view's angle.
+    tilt_sine: f64,
     /// The standard deviation of the lobe where it is narrowest, as an angle of the light.
     narrow: f64,
     /// About the lobe's largest value.
@@ -797,6 +822,7 @@ impl LobeSight {
             ward,
             share,
             sigma,
+            angle,
             single,
         } = specular;
         let sigma = *sigma;
@@ -816,19 +842,18 @@ impl LobeSight {
             sharpness: 1.0 / (sigma * sigma),
             scale: factor(ward.variant(), cosine, share) / area,
         };
-        let tilt = cosine.min(1.0).acos();
+        let tilt_sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         // h·v, by which it is narrower across the plane of incidence than along it.
-        let slim = (tilt + sigma.atan())
-            .min(FRAC_PI_2)
-            .cos()
+        let slim = ((cosine - sigma * tilt_sine) / (1.0 + sigma * sigma).sqrt())
             .max(0.75 * (cosine * (cosine + sigma)).sqrt());
-        let horizon = (0.5 * (FRAC_PI_2 - tilt)).tan() / sigma;
+        // The tangent of half the angle to the horizon.
+        let horizon = cosine / ((1.0 + tilt_sine) * sigma);
         Self {
             single: *single,
             mirror: to_map(2.0 * cosine * sight.normal - sight.view),
             sigma,
-            tilt,
-            narrow: SQRT_2 * sigma.atan() * slim.min(1.0),
+            tilt_sine,
+            narrow: SQRT_2 * angle * slim.min(1.0),
             peak: 1.0 / (area * cosine.max(0.5 * sigma)),
             jump: (-horizon * horizon).exp()
                 * match ward.variant() {
@@ -847,24 +872,24 @@ impl LobeSight {
 
     /// All of the lobe but what is farther than `soft` below the horizon; rather too much.
     fn region(&self, exponent: f64, soft: f64) -> Region {
-        let reach = self.reach(exponent);
+        let tangent = self.sigma * exponent.sqrt();
         // It reaches 2δ along the plane of incidence, and less across it: 2 (h·v)(h·e), e across.
-        let width = if reach < 1.2 {
-            widest(0.5 * reach, self.lobe.cosine, self.tilt)
+        let width = if tangent < 0.68 {
+            widest(tangent, self.lobe.cosine, self.tilt_sine)
         } else {
             2.0
         };
-        if width > 0.5 * reach {
+        if width > tangent {
             return self.band(exponent, -soft, 1.0);
         }
-        Region::new(self.mirror, reach, self.lobe.aside, -width, width)
+        Region::new(self.mirror, tangent, self.lobe.aside, -width, width)
     }
 
     /// The part of the region between two heights over the horizon.
     fn band(&self, exponent: f64, low: f64, high: f64) -> Region {
         Region::new(
             self.mirror,
-            self.reach(exponent),
+            self.sigma * exponent.sqrt(),
             self.lobe.normal,
             low,
             high,
@@ -969,11 +994,12 @@ const LEAST_TOLERANCE: f64 = 1e-5;
 /// The least value, over the picture's mean, that an error is relative to.
 const FLOOR: f64 = 0.01;
 
-/// The largest 2 (h·v)(h·e) of half vectors within `reach` of the normal, e being perpendicular to the plane of incidence.
-fn widest(reach: f64, cosine: f64, tilt: f64) -> f64 {
-    let (sin, cos) = reach.sin_cos();
+/// The largest 2 (h·v)(h·e) of half vectors within an angle of the normal, the tangent of which is given, e being perpendicular to the plane of incidence.
+fn widest(tangent: f64, cosine: f64, tilt_sine: f64) -> f64 {
+    let cos = 1.0 / (1.0 + tangent * tangent).sqrt();
+    let sin = tangent * cos;
     // h = cos δ n + sin δ (cos α u + sin α e): maximise (a + b cos α) sin α.
-    let (a, b) = (cos * cosine, sin * tilt.sin());
+    let (a, b) = (cos * cosine, sin * tilt_sine);
     let turn = if b > 1e-12 * a {
         // The root of b (2c² − 1) + a c, without its cancellation for small b.
         2.0 * b / (a + (a * a + 8.0 * b * b).sqrt())
