@@ -950,7 +950,7 @@ const CUT_DOUBT: f64 = 3.0;
 const GRID_ERROR: f64 = 0.5;
 const CUT_ERROR: f64 = 1.5;
 const BAND_ERROR: f64 = 0.6;
-const STRIP_ERROR: f64 = 1.0;
+const STRIP_ERROR: f64 = 1.3;
 
 /// Lines along the horizon are tried below so many rows of the map, and they are made finer so often at the most.
 const STRIP_ROWS: f64 = 16.0;

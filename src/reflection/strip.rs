@@ -23,6 +23,10 @@ const LANES: usize = 16;
 /// The longest part, over σ: the lobe's standard deviation in the light's angle is √2 σ.
 const LONGEST: f64 = 2.8;
 
+/// The longest part, in rows of the map, so that a node in its middle is 0.7 rows from the next: with 8 rows one sight in a thousand of those within 24° of grazing
+/// passed a tolerance of 10⁻³ at σ = 0.03, by up to 5 times, and no time was saved.
+const PIXELS: f64 = 4.0;
+
 /// The longest step in azimuth, over the lobe's standard deviation there: Poisson's sum says 2·10⁻⁶.
 const STEP: f64 = 1.2;
 
@@ -103,7 +107,7 @@ impl Strip {
         while low < highest {
             let length = (2.0 * (low + lobe.cosine))
                 .min(LONGEST * sigma)
-                .min(NODES as f64 * self.step)
+                .min(PIXELS * self.step)
                 * fineness;
             // No crumbs at the end.
             let left = highest - low;
