@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use crate::Result;
 use crate::features::{
     Continuation, DrorFeatures, ImageSpectrum, LogBands, MirroredLight, Modes, Needlets,
-    PaperFeatures, RingLayout, TOP_DEGREE, UnbiasedBands, Unwrapped, cosine_basis, log_fields,
+    PaperFeatures, RingLayout, ShadingResidual, TOP_DEGREE, UnbiasedBands, Unwrapped, cosine_basis,
+    log_fields,
 };
 use crate::illumination::Luminance;
 use crate::reflection::{SphereImage, Viewpoint};
@@ -17,7 +18,7 @@ pub struct Reading {
     pub dror: DrorFeatures,
     /// [`Needlets`].
     pub needlets: Vec<f64>,
-    /// [`LogBands`] and [`MirroredLight`].
+    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`].
     pub bands: Vec<f64>,
     /// The mean of each channel over the picture.
     pub mean: [f64; 3],
@@ -67,17 +68,25 @@ pub struct LogReader {
     layout: RingLayout,
     bands: LogBands,
     mirrored: MirroredLight,
+    residual: ShadingResidual,
 }
 
 impl LogReader {
     /// How many features there are.
-    pub const FEATURES: usize = LogBands::FEATURES + MirroredLight::FEATURES + 2;
+    pub const FEATURES: usize = Self::OF_COLOUR + 2;
+
+    /// Where those of the mean colour start.
+    const OF_COLOUR: usize =
+        LogBands::FEATURES + MirroredLight::FEATURES + ShadingResidual::FEATURES;
 
     /// Whether a feature is of no use in a picture without colour.
     pub(super) fn needs_colour(feature: usize) -> bool {
         match feature.checked_sub(LogBands::FEATURES) {
             None => LogBands::needs_colour(feature),
-            Some(beyond) => beyond >= MirroredLight::OF_LUMINANCE,
+            Some(beyond) => {
+                (MirroredLight::OF_LUMINANCE..MirroredLight::FEATURES).contains(&beyond)
+                    || feature >= Self::OF_COLOUR
+            }
         }
     }
 
@@ -90,11 +99,12 @@ impl LogReader {
         Ok(Self {
             bands: LogBands::new(&layout)?,
             mirrored: MirroredLight::new(&layout)?,
+            residual: ShadingResidual::new(&layout)?,
             layout,
         })
     }
 
-    /// [`LogBands`] and [`MirroredLight`] of a picture and ln R/G and ln B/G of its mean: all that [`Method::LogBands`](super::Method::LogBands) uses where the exposure
+    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`] of a picture and ln R/G and ln B/G of its mean: all that [`Method::LogBands`](super::Method::LogBands) uses where the exposure
     /// is unknown.
     ///
     /// # Errors
@@ -105,10 +115,11 @@ impl LogReader {
         Ok(features)
     }
 
-    /// [`LogBands`] and [`MirroredLight`].
+    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`].
     fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
         let mut features = self.bands.of(picture)?;
         features.extend(self.mirrored.of(picture)?);
+        features.extend(self.residual.of(picture)?);
         Ok(features)
     }
 }

@@ -73,7 +73,7 @@ fn place(
 }
 
 /// What stands first in a file; it changes with what is kept.
-const FORMAT: &[u8; 8] = b"lobes-t3";
+const FORMAT: &[u8; 8] = b"lobes-t4";
 
 /// Keeps the bytes if it can: without them the next run learns anew.
 fn keep(path: &std::path::Path, bytes: &[u8]) {

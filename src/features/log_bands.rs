@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::percentiles::percentiles;
 use super::rings::{Modes, RingLayout, Unwrapped};
 use crate::illumination::Luminance;
 use crate::{Error, Result};
@@ -14,10 +15,10 @@ const FLOOR: f64 = 1e-3;
 const FAINTEST: f64 = 1e-6;
 
 /// The first order or radial frequency of each band, and the end of the last.
-const EDGES: [usize; 11] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 33];
+pub(super) const EDGES: [usize; 11] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 33];
 
 /// The largest order, and the number of radial functions.
-const ORDERS: usize = 32;
+pub(super) const ORDERS: usize = 32;
 
 /// The percentiles of log radiance, over its standard deviation, that are features.
 const PERCENTILES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
@@ -108,24 +109,11 @@ impl LogBands {
         let fields = log_fields(picture)?;
         let amplitudes = Modes::of(picture, &self.layout, fields.of())?;
         let mut features = Vec::new();
-        let rings = picture.rings() as f64;
         for modes in &amplitudes {
-            // energy[m][k], of the mean square over the picture.
             let energy: Vec<Vec<f64>> = (0..=ORDERS)
                 .map(|m| {
-                    let share = if m == 0 { 1.0 } else { 0.5 } / rings;
-                    let mut energy = vec![0.0; ORDERS + 1];
-                    for amplitudes in [modes.cosine(m), modes.sine(m)] {
-                        if amplitudes.is_empty() {
-                            continue;
-                        }
-                        for (k, energy) in energy.iter_mut().enumerate() {
-                            let column = self.basis.column(k);
-                            let dot: f64 = column.iter().zip(amplitudes).map(|(b, a)| b * a).sum();
-                            *energy += share * dot * dot;
-                        }
-                    }
-                    energy
+                    let both: Vec<f64> = [modes.cosine(m), modes.sine(m)].concat();
+                    energies_of_order(&self.basis, m, &both)
                 })
                 .collect();
             for orders in EDGES.windows(2) {
@@ -143,26 +131,36 @@ impl LogBands {
         }
         let mut logs: Vec<f64> = picture.values().iter().map(|v| fields.at(*v)[0]).collect();
         features.extend(moments(&logs));
-        logs.sort_by(f64::total_cmp);
         let count = logs.len() as f64;
         let mean = logs.iter().sum::<f64>() / count;
         let variance = logs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
-        for level in PERCENTILES {
-            let at = logs[((level * (count - 1.0)).round() as usize).min(logs.len() - 1)];
-            features.push((at - mean) / (variance + 1e-4).sqrt());
-        }
+        let deviation = (variance + 1e-4).sqrt();
+        features.extend(percentiles(&mut logs, PERCENTILES).map(|at| (at - mean) / deviation));
         for modes in &amplitudes[1..] {
-            features.push(modes.cosine(0).iter().sum::<f64>() / rings);
+            features.push(modes.cosine(0).iter().sum::<f64>() / picture.rings() as f64);
         }
         let values: Vec<[f64; 3]> = picture.values().iter().map(|v| fields.at(*v)).collect();
         features.extend(tints(picture, &values));
         features.extend(steps(&values, picture.columns()));
         let mean = Luminance::Rec709.of(picture.mean()).ln();
-        for level in LEVELS {
-            features.push(logs[(level * (count - 1.0)) as usize] - mean);
-        }
+        features.extend(percentiles(&mut logs, LEVELS).map(|at| at - mean));
         Ok(features)
     }
+}
+
+/// The mean squares over a picture of the cosines k of an order: its `amplitudes` over the rings are the cosine ones and, past order 0, the sine ones.
+pub(super) fn energies_of_order(basis: &DMatrix<f64>, m: usize, amplitudes: &[f64]) -> Vec<f64> {
+    let rings = basis.nrows();
+    let share = if m == 0 { 1.0 } else { 0.5 } / rings as f64;
+    let mut energies = vec![0.0; basis.ncols()];
+    for amplitudes in amplitudes.chunks_exact(rings) {
+        for (k, energy) in energies.iter_mut().enumerate() {
+            let column = basis.column(k);
+            let dot: f64 = column.iter().zip(amplitudes).map(|(b, a)| b * a).sum();
+            *energy += share * dot * dot;
+        }
+    }
+    energies
 }
 
 /// The colours of the bright and of the dark beside that of all, and how much is saturated.
@@ -180,12 +178,20 @@ fn tints(picture: &Unwrapped, fields: &[[f64; 3]]) -> Vec<f64> {
     if order.len() < 50 {
         order = fields.to_vec();
     }
-    order.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let count = order.len();
+    let part = |share: f64| ((share * count as f64) as usize).max(1);
+    // What is darkest, then brighter and brighter parts: sorted no further than that.
+    let darkest = DARKEST.into_iter().map(part);
+    let brightest = BRIGHTEST.into_iter().rev().map(|share| count - part(share));
+    let mut done = 0;
+    for cut in darkest.chain(brightest) {
+        let cut = cut.clamp(done, count - 1);
+        order[done..].select_nth_unstable_by(cut - done, |a, b| a[0].total_cmp(&b[0]));
+        done = cut;
+    }
     let mut features = Vec::with_capacity(TINTS + 2);
     for field in [1, 2] {
         let mean = |of: &[[f64; 3]]| of.iter().map(|at| at[field]).sum::<f64>() / of.len() as f64;
-        let part = |share: f64| ((share * count as f64) as usize).max(1);
         let all = mean(&order);
         for share in BRIGHTEST {
             features.push(mean(&order[count - part(share)..]) - all);

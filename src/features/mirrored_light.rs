@@ -2,7 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use super::rings::{Modes, RingLayout, Unwrapped};
+use super::percentiles::percentiles;
+use super::rings::{Modes, RingLayout, Unwrapped, add_waves};
 use crate::harmonics::legendre;
 use crate::illumination::Luminance;
 use crate::reflectance::lambert;
@@ -17,7 +18,7 @@ const LEVELS: [f64; 9] = [0.002, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 0.95, 0.99];
 /// Those of a channel's ratio over the luminance's.
 const COLOUR_LEVELS: [f64; 3] = [0.01, 0.05, 0.3];
 
-/// Below this share of the irradiance a ratio is that share.
+/// Below this share of the irradiance a ratio is that share; below this share of its mean irradiance is that share.
 const FAINTEST: f64 = 1e-3;
 
 /// The plan of the features that ask how dark a sphere is where it mirrors the dark.
@@ -105,51 +106,49 @@ impl MirroredLight {
         let fields = |rgb: [f64; 3]| [Luminance::Rec709.of(rgb), rgb[0], rgb[2]];
         let matte = self.matte(picture, fields)?;
         let mut ratios: [Vec<f64>; 3] = Default::default();
-        for (rgb, matte) in picture.values().iter().zip(&matte) {
-            for ((ratio, value), matte) in ratios.iter_mut().zip(fields(*rgb)).zip(matte) {
-                ratio.push((value.max(0.0) / matte.max(1e-300)).max(FAINTEST).ln());
+        for (index, rgb) in picture.values().iter().enumerate() {
+            for ((ratio, value), matte) in ratios.iter_mut().zip(fields(*rgb)).zip(&matte) {
+                ratio.push((value.max(0.0) / matte[index]).max(FAINTEST).ln());
             }
         }
-        let line = regression(picture.values().iter().zip(&ratios[0]).zip(&matte).map(
-            |((_, ratio), matte)| {
-                let matte = matte[0].max(1e-300).ln();
-                (matte, matte + ratio)
-            },
-        ));
-        for ratios in &mut ratios {
-            ratios.sort_unstable_by(f64::total_cmp);
-        }
-        let at = |ratios: &[f64], level: f64| ratios[(level * (ratios.len() - 1) as f64) as usize];
-        let mut features: Vec<f64> = LEVELS.iter().map(|&level| at(&ratios[0], level)).collect();
+        let line = regression(matte[0].iter().zip(&ratios[0]).map(|(matte, ratio)| {
+            let matte = matte.ln();
+            (matte, matte + ratio)
+        }));
+        let [luminance, red, blue] = &mut ratios;
+        let mut features = percentiles(luminance, LEVELS).to_vec();
         features.extend(line);
-        for channel in &ratios[1..] {
-            features.extend(COLOUR_LEVELS.map(|level| at(channel, level) - at(&ratios[0], level)));
+        let beside = percentiles(luminance, COLOUR_LEVELS);
+        for channel in [red, blue] {
+            let levels = percentiles(channel, COLOUR_LEVELS);
+            features.extend(levels.iter().zip(&beside).map(|(at, beside)| at - beside));
         }
         Ok(features)
     }
 
-    /// What a matte white sphere shows at each place of the picture in the light that the picture mirrors.
+    /// What a matte white sphere shows of each field at each place of the picture in the light that the picture mirrors.
+    ///
+    /// Cut at degree six the irradiance of one lamp goes below 0 on its far side; what is less than a thousandth of the mean is that.
     fn matte(
         &self,
         picture: &Unwrapped,
         fields: impl Fn([f64; 3]) -> [f64; 3],
-    ) -> Result<Vec<[f64; 3]>> {
+    ) -> Result<[Vec<f64>; 3]> {
         let layout = self.layout.with_orders_up_to(DEGREE);
         let modes = Modes::of(picture, &layout, &fields)?;
-        let mean = modes[0].cosine(0).iter().sum::<f64>();
-        if mean.is_nan() || mean <= 0.0 {
+        let (rings, columns) = (picture.rings(), picture.columns());
+        let means = [0, 1, 2].map(|field: usize| {
+            let mean: f64 = modes[field].cosine(0).iter().sum();
+            mean / rings as f64
+        });
+        if means[0].is_nan() || means[0] <= 0.0 {
             return Err(Error::Unanswerable(
                 "the picture of the sphere is black".into(),
             ));
         }
-        let (rings, columns) = (picture.rings(), picture.columns());
-        let mut matte = vec![[0.0; 3]; rings * columns];
-        let turn = std::f64::consts::TAU / columns as f64;
+        let mut matte = [0, 1, 2].map(|_| vec![0.0; rings * columns]);
         for (m, transfer) in self.transfers.iter().enumerate() {
-            let waves: Vec<(f64, f64)> = (0..columns)
-                .map(|column| (turn * ((m * column) % columns) as f64).sin_cos())
-                .collect();
-            // Cosine and sine amplitudes of each channel.
+            // Cosine amplitudes of each field, then sine ones.
             let amplitudes = DMatrix::from_fn(rings, 6, |ring, part| {
                 let modes = &modes[part % 3];
                 let of = if part < 3 {
@@ -160,13 +159,17 @@ impl MirroredLight {
                 of.get(ring).copied().unwrap_or(0.0)
             });
             let irradiance = transfer * amplitudes;
-            for (row, values) in irradiance.row_iter().zip(matte.chunks_exact_mut(columns)) {
-                let parts: [f64; 6] = std::array::from_fn(|part| row[part]);
-                for (value, (sin, cos)) in values.iter_mut().zip(&waves) {
-                    for channel in 0..3 {
-                        value[channel] += cos * parts[channel] + sin * parts[channel + 3];
-                    }
-                }
+            for (field, matte) in matte.iter_mut().enumerate() {
+                add_waves(matte, columns, m, |ring| {
+                    [irradiance[(ring, field)], irradiance[(ring, field + 3)]]
+                });
+            }
+        }
+        for (matte, mean) in matte.iter_mut().zip(means) {
+            // A field without any light has an irradiance still.
+            let least = FAINTEST * mean.max(FAINTEST * means[0]);
+            for value in matte {
+                *value = value.max(least);
             }
         }
         Ok(matte)
@@ -242,12 +245,13 @@ mod tests {
         let white = Unwrapped::new(&picture(&Material::white()), &layout).expect("it is large");
         let matte = plan.matte(&chrome, |rgb| rgb).expect("it is not black");
         let mean = white.mean()[1];
-        for (matte, white) in matte.iter().zip(white.values()) {
-            for channel in 0..3 {
+        for (index, white) in white.values().iter().enumerate() {
+            for (matte, white) in matte.iter().zip(white) {
                 // What is behind the sphere is not seen, and irradiance has degrees above six.
                 assert!(
-                    (matte[channel] - white[channel]).abs() < 0.05 * mean,
-                    "{matte:?} {white:?}"
+                    (matte[index] - white).abs() < 0.05 * mean,
+                    "{} {white}",
+                    matte[index]
                 );
             }
         }

@@ -12,7 +12,9 @@ mod log_bands;
 mod mirrored_light;
 mod needlets;
 mod paper;
+mod percentiles;
 mod rings;
+mod shading_residual;
 mod unbiased;
 
 pub use continuation::Continuation;
@@ -23,6 +25,7 @@ pub use mirrored_light::MirroredLight;
 pub use needlets::Needlets;
 pub use paper::{PaperFeatures, TOP_DEGREE};
 pub use rings::{Modes, RingLayout, Unwrapped};
+pub use shading_residual::ShadingResidual;
 pub use unbiased::UnbiasedBands;
 
 pub(crate) use log_bands::cosine_basis;

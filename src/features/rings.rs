@@ -248,6 +248,25 @@ impl Modes {
     }
 }
 
+/// Adds a cos mφ + b sin mφ to every ring of `values`, [a, b] being the ring's `amplitudes`.
+pub(super) fn add_waves(
+    values: &mut [f64],
+    columns: usize,
+    m: usize,
+    amplitudes: impl Fn(usize) -> [f64; 2],
+) {
+    let turn = std::f64::consts::TAU / columns as f64;
+    let waves: Vec<(f64, f64)> = (0..columns)
+        .map(|column| (turn * ((m * column) % columns) as f64).sin_cos())
+        .collect();
+    for (ring, values) in values.chunks_exact_mut(columns).enumerate() {
+        let [cosine, sine] = amplitudes(ring);
+        for (value, (sin, cos)) in values.iter_mut().zip(&waves) {
+            *value += cosine * cos + sine * sin;
+        }
+    }
+}
+
 fn bilinear(image: &SphereImage, x: f64, y: f64) -> Option<[f64; 3]> {
     let (column, row) = (x.floor(), y.floor());
     let mut sum = [0.0; 3];
