@@ -60,7 +60,7 @@ impl Default for RandomReflectances {
     }
 }
 
-/// Renders spheres of random reflectances under each illumination, gives each picture, with a random number for noise, to `read`, and keeps
+/// Renders spheres of random reflectances under each illumination, gives each picture, whether it is judged and a random number for noise to `read`, and keeps
 /// what that gives.
 ///
 /// A body has a random colour, each channel uniform in 0.1 … 1; half of the spheres have a white highlight, as plastics do, half one of the
@@ -75,7 +75,7 @@ pub fn collect_random<T: Send>(
     plan: &Plan,
     parallelism: Parallelism,
     done: &(dyn Fn() + Sync),
-    read: &(dyn Fn(u64, &SphereImage) -> Result<T> + Sync),
+    read: &(dyn Fn(bool, u64, &SphereImage) -> Result<T> + Sync),
 ) -> Result<Vec<Sample<T>>> {
     if illuminations.is_empty() || plan.turns * random.roughnesses * random.colours == 0 {
         return Err(Error::Unanswerable(
@@ -101,7 +101,7 @@ pub(super) fn collect_random_from<T: Send>(
     plan: &Plan,
     parallelism: Parallelism,
     done: &(dyn Fn() + Sync),
-    read: &(dyn Fn(u64, &SphereImage) -> Result<T> + Sync),
+    read: &(dyn Fn(bool, u64, &SphereImage) -> Result<T> + Sync),
 ) -> Result<Vec<Sample<T>>> {
     let groups = parallelism.map(illuminations.len(), |illumination| {
         // One generator an illumination: the draws do not depend on who comes first.
@@ -119,6 +119,7 @@ pub(super) fn collect_random_from<T: Send>(
                 .collect();
             let all = sigmas.iter().copied();
             let parts = Parts::new(&renderer, camera, all, plan.lobe, &plan.settings)?;
+            let judged = turn == 0;
             for &sigma in &sigmas {
                 for _ in 0..random.colours {
                     let (low, high) = random.shares;
@@ -135,9 +136,9 @@ pub(super) fn collect_random_from<T: Send>(
                     )?;
                     samples.push(Sample {
                         illumination,
-                        judged: turn == 0,
+                        judged,
                         truth: Reflectance { share, sigma },
-                        view: read(rng.random(), &image)?,
+                        view: read(judged, rng.random(), &image)?,
                     });
                 }
             }
@@ -418,58 +419,121 @@ impl LearnedPosterior {
         })
     }
 
-    /// Learns from the illuminations that are seen; the weight is chosen among them, leaving one out at a time.
-    ///
-    /// # Errors
-    /// [`Error::Unanswerable`] for fewer than two illuminations or too few samples.
-    pub fn learn(&self, seen: &[bool]) -> Result<PosteriorModel> {
+    /// ln-likelihoods of every sample of the illuminations that are seen, by what was learned from the others of them.
+    fn inner_loop(&self, seen: &[bool]) -> Result<Vec<(usize, Vec<f64>)>> {
         let folds: Vec<usize> = (0..seen.len()).filter(|&i| seen[i]).collect();
         if folds.len() < 2 {
             return Err(Error::Unanswerable(
                 "weighing a likelihood needs two illuminations to learn from, or more".into(),
             ));
         }
-        let weights: Vec<f64> = (0..=16)
-            .map(|i| 10f64.powf(-2.0 + 0.125 * f64::from(i)))
-            .collect();
-        let mut scores = vec![0.0; weights.len()];
+        let mut logs = Vec::new();
         for &left_out in &folds {
             let mut inner = seen.to_vec();
             inner[left_out] = false;
             let model = self.fit(&inner, 1.0)?;
-            for i in (0..self.features.len()).filter(|&i| self.illuminations[i] == left_out) {
-                let logs = model.log_likelihoods(&self.features[i]);
-                for (score, &weight) in scores.iter_mut().zip(&weights) {
-                    let posterior = model.weighed(&logs, weight);
-                    *score += posterior.log_density(self.truths[i].share, self.truths[i].sigma);
-                }
-            }
+            let of = (0..self.features.len()).filter(|&i| self.illuminations[i] == left_out);
+            logs.extend(of.map(|i| (i, model.log_likelihoods(&self.features[i]))));
         }
-        let best = (0..weights.len())
-            .max_by(|&a, &b| scores[a].total_cmp(&scores[b]))
-            .unwrap_or(0);
-        self.fit(seen, weights[best])
+        Ok(logs)
     }
 
-    /// The posterior of every judged sample by a model that has seen nothing under its illumination.
+    /// How much probability posteriors give to the truth: Σ ln p, of samples and the ln-likelihoods of the grid's points.
+    fn score<'a>(&self, judged: impl Iterator<Item = (usize, &'a [f64])>, weight: f64) -> f64 {
+        judged
+            .map(|(i, logs)| {
+                let logs = logs.iter().map(|log| weight * log).collect();
+                let posterior = Posterior::of_likelihoods(&self.shares, &self.sigmas, logs);
+                posterior.log_density(self.truths[i].share, self.truths[i].sigma)
+            })
+            .sum()
+    }
+
+    /// Learns from the illuminations that are seen; the weight is chosen among them, leaving one out at a time.
     ///
     /// # Errors
-    /// Those of [`Self::learn`].
+    /// [`Error::Unanswerable`] for fewer than two illuminations or too few samples.
+    pub fn learn(&self, seen: &[bool]) -> Result<PosteriorModel> {
+        let logs = self.inner_loop(seen)?;
+        self.fit(seen, self.weight(&logs))
+    }
+
+    /// The weight at which the truths of an inner loop are likeliest.
+    fn weight(&self, logs: &[(usize, Vec<f64>)]) -> f64 {
+        let weights = (0..=16).map(|i| 10f64.powf(-2.0 + 0.125 * f64::from(i)));
+        likeliest(weights, |weight| {
+            self.score(logs.iter().map(|(i, logs)| (*i, logs.as_slice())), weight)
+        })
+    }
+
+    /// The posteriors of every judged sample, by what has seen nothing under its illumination: by what is learned, by evidence, and by both.
+    ///
+    /// `evidence[i]` are the ln-likelihoods that [`ReflectanceGrid`](super::ReflectanceGrid) gives sample i on the same shares and roughnesses; those of samples that are not judged
+    /// are not used. The weights are chosen by the inner loop: that of evidence, which learns nothing else, and of both those of the sum.
+    ///
+    /// # Errors
+    /// Those of [`Self::learn`]; [`Error::Length`] for evidence of other samples or of another grid.
     pub fn leave_one_illumination_out(
         &self,
+        evidence: &[Option<Vec<f64>>],
         parallelism: Parallelism,
-    ) -> Result<Vec<(Reflectance, Posterior)>> {
+    ) -> Result<Vec<JudgedPosteriors>> {
+        crate::error::check_length(
+            "the evidence of samples",
+            self.features.len(),
+            evidence.len(),
+        )?;
+        let judged = self.judged();
+        for &i in &judged {
+            let given = evidence[i].as_ref().map_or(0, Vec::len);
+            crate::error::check_length("the evidence of a sample", self.points.len(), given)?;
+        }
         let folds = parallelism.map(self.moments.len(), |left_out| {
             let mut seen = vec![true; self.moments.len()];
             seen[left_out] = false;
-            let model = self.learn(&seen)?;
-            Ok((0..self.features.len())
-                .filter(|&i| self.judged[i] && self.illuminations[i] == left_out)
+            let logs = self.inner_loop(&seen)?;
+            let model = self.fit(&seen, self.weight(&logs))?;
+            let of_evidence = |i: usize| evidence[i].as_deref().unwrap_or_default();
+            let powers = || (0..=12).map(|i| 10f64.powf(-3.0 + 0.25 * f64::from(i)));
+            let alone = likeliest(powers(), |weight| {
+                let of = logs.iter().filter(|(i, _)| self.judged[*i]);
+                self.score(of.map(|(i, _)| (*i, of_evidence(*i))), weight)
+            });
+            // The learned likelihood at 1, the evidence at a ratio, both at a weight.
+            let sum = |learned: &[f64], i: usize, ratio: f64| -> Vec<f64> {
+                let both = learned.iter().zip(of_evidence(i));
+                both.map(|(learned, evidence)| learned + ratio * evidence)
+                    .collect()
+            };
+            let mut together = (f64::NEG_INFINITY, 0.0, 0.0);
+            for ratio in powers() {
+                let sums: Vec<(usize, Vec<f64>)> = logs
+                    .iter()
+                    .filter(|(i, _)| self.judged[*i])
+                    .map(|(i, learned)| (*i, sum(learned, *i, ratio)))
+                    .collect();
+                let weight = self.weight(&sums);
+                let score = self.score(sums.iter().map(|(i, s)| (*i, s.as_slice())), weight);
+                if score > together.0 {
+                    together = (score, ratio, weight);
+                }
+            }
+            let posteriors = judged
+                .iter()
+                .copied()
+                .filter(|&i| self.illuminations[i] == left_out)
                 .map(|i| {
-                    let posterior = model.of_centred(&self.features[i], model.weight);
-                    (self.truths[i], posterior)
+                    let learned = model.log_likelihoods(&self.features[i]);
+                    let (_, ratio, weight) = together;
+                    JudgedPosteriors {
+                        truth: self.truths[i],
+                        evidence: model.weighed(of_evidence(i), alone),
+                        both: model.weighed(&sum(&learned, i, ratio), weight),
+                        learned: model.weighed(&learned, model.weight),
+                    }
                 })
-                .collect::<Vec<_>>())
+                .collect::<Vec<_>>();
+            Ok(posteriors)
         });
         let mut all = Vec::new();
         for fold in folds {
@@ -477,6 +541,27 @@ impl LearnedPosterior {
         }
         Ok(all)
     }
+}
+
+/// The value with the largest score.
+fn likeliest(values: impl Iterator<Item = f64>, score: impl Fn(f64) -> f64) -> f64 {
+    let scored = values.map(|value| (score(value), value));
+    scored
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(1.0, |best| best.1)
+}
+
+/// What three readers say of one picture.
+#[derive(Debug, Clone)]
+pub struct JudgedPosteriors {
+    /// What it shows.
+    pub truth: Reflectance,
+    /// By what was learned from pictures under other illuminations.
+    pub learned: Posterior,
+    /// By [`GaussianEvidence`](super::GaussianEvidence), of which one weight is learned and nothing else.
+    pub evidence: Posterior,
+    /// By both.
+    pub both: Posterior,
 }
 
 /// How well posteriors know the truth.
@@ -494,7 +579,7 @@ pub struct Calibration {
 
 impl Calibration {
     /// From truths and posteriors.
-    pub fn of(results: &[(Reflectance, Posterior)]) -> Self {
+    pub fn of(results: &[(Reflectance, &Posterior)]) -> Self {
         let median = |values: &mut Vec<f64>| {
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
@@ -510,7 +595,7 @@ impl Calibration {
         let levels = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99];
         let coverage = levels.map(|level| {
             let (low, high) = (0.5 - 0.5 * level, 0.5 + 0.5 * level);
-            let part = |inside: &dyn Fn(&(Reflectance, Posterior)) -> bool| {
+            let part = |inside: &dyn Fn(&(Reflectance, &Posterior)) -> bool| {
                 results.iter().filter(|r| inside(r)).count() as f64 / results.len().max(1) as f64
             };
             (

@@ -1,27 +1,34 @@
 //! The evidence for a reflectance in one picture, under light that is a random field.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix};
 
-use crate::error::check_length;
-use crate::features::{Modes, RingLayout};
-use crate::reflection::Operator;
+use super::smooth_operator::{LightResponses, SmoothModes, SmoothOperator};
+use crate::error::{check_finite, check_length};
 use crate::{Error, Result};
 
 /// The likelihood of one channel of a picture for one reflectance and one spectrum of light.
 ///
-/// Light is a Gaussian field of unknown strength k, L_lm ~ N(0, k C_l). Through the operator of the view the amplitudes y_m
-/// of the picture's rings are Gaussian too, independent from order to order and between cosine and sine, with
-/// covariance k (K_m + N), K_m = Σ_l C_l T_lm T_lmᵀ. N is white: what interpolation, pixels and the degrees past the
-/// operator's add, as a share ν² of the variance that the amplitudes past order 0 have on average.
+/// Light is a Gaussian field of unknown strength k, L_lm ~ N(0, k C_l), and, since a sun is no draw from such a field, a few small bright lights in directions ω_j that
+/// the picture shows ([`BrightLights`](super::BrightLights)), a_j ~ N(0, k τ²) each, τ² = 100. Through the operator of the view the amplitudes y_m of the
+/// picture over smooth functions across its rings are Gaussian too, with covariance k (K + N + τ² U Uᵀ): K_m = Σ_l C_l T_lm T_lmᵀ is independent from order to order and
+/// between cosine and sine, and U, what the lights give, has few columns,
 ///
-/// With Jeffreys' prior 1/k the strength integrates out in closed form: with Q = Σ yᵀ(K+N)⁻¹y over n amplitudes,
+/// (U_m)_j = Σ_l T_lm P̄_lm(cos θ_j) (cos mφ_j, sin mφ_j).
 ///
-/// ln p(y) = ln Γ(n/2) − (n/2) ln(πQ) − ½ Σ ln det(K + N).
+/// N is white: what interpolation, pixels and the degrees past the operator's add, as a share ν² of the variance that the amplitudes past order 0 have on average.
 ///
-/// So neither exposure nor a white sphere is needed. The factors do not depend on the picture.
+/// With Jeffreys' prior 1/k the strength integrates out in closed form, and Woodbury's identity takes the lights in: with whitened w = (K + N)^(−½) y and
+/// W = (K + N)^(−½) U, A = τ⁻² 1 + Wᵀ W and Q = |w|² − (Wᵀw)ᵀ A⁻¹ (Wᵀw) over n amplitudes,
+///
+/// ln p(y) = ln Γ(n/2) − (n/2) ln(πQ) − ½ Σ ln det(K + N) − ½ ln det(τ² A).
+///
+/// So neither exposure nor a white sphere is needed, nor anything learned. The factors do not depend on the picture.
 #[derive(Debug, Clone)]
 pub struct GaussianEvidence {
-    factors: Vec<Cholesky<f64, Dyn>>,
+    rho_d: f64,
+    rho_s: f64,
+    /// L⁻¹ of each order, L Lᵀ = K_m + N.
+    whitenings: Vec<DMatrix<f64>>,
     half_log_determinant: f64,
     count: usize,
 }
@@ -35,17 +42,22 @@ pub struct Evidence {
     pub log_strength: f64,
 }
 
+/// τ²: lights that may be far brighter than the field.
+const LIGHT_VARIANCE: f64 = 100.0;
+
 impl GaussianEvidence {
+    /// ν of pictures of 128 pixels a side without noise. Chosen on other materials than the presets: `docs/inference.md`.
+    pub const NOISE: f64 = 3e-4;
+
     /// The factors for a material ρ_d, ρ_s seen through `operator` under light of power `spectrum[l]` per order.
     ///
     /// `noise` is ν, the noise's standard deviation as a share of the amplitudes'.
     ///
     /// # Errors
-    /// What [`Operator::covariance`] refuses; a noise that is not positive; a covariance that is not positive definite (both
-    /// reflectances 0).
+    /// A spectrum shorter than the operator's degree + 1, or with a value that is negative or not finite; a noise that is not positive; a covariance that is not
+    /// positive definite (both reflectances 0).
     pub fn new(
-        operator: &Operator,
-        layout: &RingLayout,
+        operator: &SmoothOperator,
         spectrum: &[f64],
         rho_d: f64,
         rho_s: f64,
@@ -59,79 +71,131 @@ impl GaussianEvidence {
             });
         }
         check_length(
-            "the rings of the operator",
-            layout.angles().len(),
-            operator.rings().len(),
+            "the spectrum of the light",
+            operator.degree() + 1,
+            spectrum.len(),
         )?;
-        let rings = layout.angles().len();
-        let mut blocks = (0..=layout.orders())
-            .map(|m| operator.covariance(m, spectrum, rho_d, rho_s))
-            .collect::<Result<Vec<_>>>()?;
-        // The variance of an amplitude, averaged over the rings and the orders past 0 (order 0 holds the mean).
-        let past = &blocks[1.min(layout.orders())..];
+        check_finite("the spectrum of the light", spectrum)?;
+        if let Some(&value) = spectrum.iter().find(|&&value| value < 0.0) {
+            return Err(Error::Domain {
+                what: "a power of the light's spectrum",
+                value,
+                allowed: "0 or more",
+            });
+        }
+        let blocks: Vec<DMatrix<f64>> = operator
+            .blocks(rho_d, rho_s)
+            .enumerate()
+            .map(|(m, mut block)| {
+                for (mut column, power) in block.column_iter_mut().zip(&spectrum[m..]) {
+                    column *= power.sqrt();
+                }
+                &block * block.transpose()
+            })
+            .collect();
+        let functions = blocks.first().map_or(0, DMatrix::nrows);
+        // The variance of an amplitude, averaged over the functions and the orders past 0 (order 0 holds the mean).
+        let past = &blocks[1.min(blocks.len() - 1)..];
         let variance = past.iter().map(|block| block.trace()).sum::<f64>()
-            / (past.len() * rings) as f64
+            / (past.len() * functions) as f64
             * noise
             * noise;
-        let mut factors = Vec::with_capacity(blocks.len());
-        let mut half_log_determinant = 0.0;
-        for (m, block) in blocks.iter_mut().enumerate() {
-            for r in 0..rings {
+        let mut whitenings = Vec::with_capacity(blocks.len());
+        let (mut half_log_determinant, mut count) = (0.0, 0);
+        for (m, mut block) in blocks.into_iter().enumerate() {
+            for r in 0..functions {
                 block[(r, r)] += variance;
             }
-            let factor = Cholesky::new(std::mem::replace(block, DMatrix::zeros(0, 0)))
-                .ok_or_else(|| {
-                    Error::Unanswerable(format!(
-                        "the covariance of order {m} is not positive definite at ρ_d = {rho_d}, ρ_s = {rho_s}"
-                    ))
-                })?;
-            let copies = if m == 0 { 1.0 } else { 2.0 };
-            half_log_determinant += copies
-                * factor
-                    .l_dirty()
-                    .diagonal()
-                    .iter()
-                    .map(|d| d.ln())
-                    .sum::<f64>();
-            factors.push(factor);
+            let refused = || {
+                Error::Unanswerable(format!(
+                    "the covariance of order {m} is not positive definite at ρ_d = {rho_d}, ρ_s = {rho_s}"
+                ))
+            };
+            let factor = Cholesky::new(block).ok_or_else(refused)?;
+            let copies = if m == 0 { 1 } else { 2 };
+            count += copies * functions;
+            let logs = factor.l_dirty().diagonal().map(f64::ln).sum();
+            half_log_determinant += copies as f64 * logs;
+            let mut whitening = DMatrix::identity(functions, functions);
+            if !factor.l_dirty().solve_lower_triangular_mut(&mut whitening) {
+                return Err(refused());
+            }
+            whitenings.push(whitening);
         }
         Ok(Self {
-            factors,
+            rho_d,
+            rho_s,
+            whitenings,
             half_log_determinant,
-            count: layout.len(),
+            count,
         })
     }
 
-    /// The evidence of a channel.
-    pub fn of(&self, modes: &Modes) -> Evidence {
-        let square: f64 = self
-            .factors
-            .iter()
-            .enumerate()
-            .map(|(m, factor)| {
-                squared_norm(factor, modes.cosine(m)) + squared_norm(factor, modes.sine(m))
-            })
-            .sum();
+    /// The evidence of a channel, `lights` being what lights in its bright directions give through the operator.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for amplitudes or responses of another operator.
+    pub fn of(&self, modes: &SmoothModes, lights: &LightResponses) -> Result<Evidence> {
+        check_length(
+            "the orders of a picture",
+            self.whitenings.len(),
+            modes.orders.len(),
+        )?;
+        let functions = self.whitenings.first().map_or(0, DMatrix::nrows);
+        lights.check(self.whitenings.len(), functions)?;
+        let count = lights.azimuths.len();
+        let mut square = 0.0;
+        let mut gram = DMatrix::identity(count, count) / LIGHT_VARIANCE;
+        let mut projection = DMatrix::zeros(count, 1);
+        for (m, (whitening, amplitudes)) in self.whitenings.iter().zip(&modes.orders).enumerate() {
+            check_length("an order's amplitudes", functions, amplitudes.nrows())?;
+            // Amplitudes and lights side by side.
+            let parts = amplitudes.ncols();
+            let mut both = DMatrix::zeros(functions, parts + count);
+            both.columns_mut(0, parts).copy_from(amplitudes);
+            let mut responses = both.columns_mut(parts, count);
+            for (response, (diffuse, specular)) in responses
+                .iter_mut()
+                .zip(lights.diffuse[m].iter().zip(&lights.specular[m]))
+            {
+                *response = self.rho_d * diffuse + self.rho_s * specular;
+            }
+            let white = whitening * both;
+            let products = white.transpose() * &white;
+            let waves: Vec<(f64, f64)> = lights
+                .azimuths
+                .iter()
+                .map(|azimuth| (m as f64 * azimuth).sin_cos())
+                .collect();
+            for part in 0..parts {
+                square += products[(part, part)];
+                for (light, (sin, cos)) in waves.iter().enumerate() {
+                    let wave = if part == 0 { cos } else { sin };
+                    projection[light] += wave * products[(part, parts + light)];
+                }
+            }
+            for (i, a) in waves.iter().enumerate() {
+                for (j, b) in waves.iter().enumerate() {
+                    gram[(i, j)] += (a.0 * b.0 + a.1 * b.1) * products[(parts + i, parts + j)];
+                }
+            }
+        }
+        let factor = Cholesky::new(gram).ok_or_else(|| {
+            Error::Unanswerable("the responses to the lights are not finite".into())
+        })?;
+        let mut weights = projection;
+        factor.l_dirty().solve_lower_triangular_mut(&mut weights);
+        let square = square - weights.norm_squared();
+        let lights_log: f64 = factor.l_dirty().diagonal().map(f64::ln).sum()
+            + 0.5 * count as f64 * LIGHT_VARIANCE.ln();
         let n = self.count as f64;
-        Evidence {
+        Ok(Evidence {
             log: statrs::function::gamma::ln_gamma(0.5 * n)
                 - 0.5 * n * (std::f64::consts::PI * square).ln()
-                - self.half_log_determinant,
+                - self.half_log_determinant
+                - lights_log,
             log_strength: (square / n).ln(),
-        }
-    }
-}
-
-/// yᵀ (L Lᵀ)⁻¹ y, 0 for no amplitudes.
-fn squared_norm(factor: &Cholesky<f64, Dyn>, amplitudes: &[f64]) -> f64 {
-    if amplitudes.is_empty() {
-        return 0.0;
-    }
-    let mut y = DVector::from_column_slice(amplitudes);
-    if factor.l_dirty().solve_lower_triangular_mut(&mut y) {
-        y.norm_squared()
-    } else {
-        f64::INFINITY
+        })
     }
 }
 

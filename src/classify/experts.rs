@@ -6,7 +6,8 @@ use super::evaluate::Classifier;
 use super::evidence::{GaussianEvidence, log_sum_exp};
 use super::protocol::Dataset;
 use super::reading::{Reader, Reading};
-use crate::features::{Modes, RingLayout};
+use super::smooth_operator::{SmoothModes, SmoothOperator};
+use crate::features::RingLayout;
 use crate::harmonics::average_power;
 use crate::illumination::{EnvironmentMap, Luminance};
 use crate::reflectance::{Material, Variant};
@@ -33,10 +34,9 @@ pub trait Expert: Sync {
 /// logarithm of the mean likelihood over them. Channels have one reflectance, one roughness and one spectrum, and a
 /// strength of light each, which is integrated out: the colour of the light is unknown.
 ///
-/// Two limits. Materials whose pictures differ by exposure only, such as black and white matte plastic, have the same
-/// evidence, and no method tells them apart without the exposure. And a sun is no draw from a Gaussian field: one highlight
-/// sets the strength, the rest of the picture is then too smooth for it, and rougher and more diffuse materials than the true
-/// one are favoured.
+/// Suns and lamps, which are no draw from a Gaussian field, are lights of their own. Two limits. Materials whose pictures differ by exposure only, such as black and
+/// white matte plastic, have the same evidence, and no method tells them apart without the exposure. And a Gaussian field knows no light that is
+/// negative: roughness is read well, how much a body adds to the gloss is not.
 #[derive(Debug, Clone)]
 pub struct EvidenceExpert {
     /// evidence[observation][material][illumination whose spectrum it is], channels added; empty where the picture was not
@@ -69,18 +69,30 @@ impl EvidenceExpert {
         // Light of a low degree has no higher orders.
         let layout = &layout.with_orders_up_to(degree);
         let set = OperatorSet::new(variant, layout.viewpoint(), layout.angles(), degree)?;
-        let pictures: Vec<(usize, &[Modes; 3])> = dataset
-            .observations
-            .iter()
-            .enumerate()
-            .filter_map(|(i, o)| o.view.judged.as_ref().map(|judged| (i, &judged.modes)))
-            .collect();
+        let mut pictures = Vec::new();
+        for (i, observation) in dataset.observations.iter().enumerate() {
+            if let Some(judged) = &observation.view.judged {
+                let channel = |c: usize| SmoothModes::new(&judged.evidence.channels[c], layout);
+                pictures.push((
+                    i,
+                    [channel(0)?, channel(1)?, channel(2)?],
+                    &judged.evidence.lights,
+                ));
+            }
+        }
         let mut evidence = vec![Vec::new(); dataset.observations.len()];
-        for (i, _) in &pictures {
+        for (i, _, _) in &pictures {
             evidence[*i] = vec![vec![0.0; spectra.len()]; materials.len()];
         }
         for (label, material) in materials.iter().enumerate() {
             let operator = set.at(material.roughness().sigma(), parallelism)?;
+            let operator = SmoothOperator::new(&operator, layout)?;
+            let responses = parallelism
+                .map(pictures.len(), |picture| {
+                    operator.responses(pictures[picture].2)
+                })
+                .into_iter()
+                .collect::<Result<Vec<_>>>()?;
             let columns = parallelism.map(spectra.len(), |light| {
                 let spectrum = spectra[light].get(..=degree).ok_or(Error::Length {
                     what: "a spectrum of light",
@@ -97,26 +109,22 @@ impl EvidenceExpert {
                         .as_ref()
                         .is_none_or(|(of, _)| (of - share).abs() > 1e-12)
                     {
-                        let factors = GaussianEvidence::new(
-                            &operator,
-                            layout,
-                            spectrum,
-                            1.0 - share,
-                            share,
-                            noise,
-                        )?;
+                        let factors =
+                            GaussianEvidence::new(&operator, spectrum, 1.0 - share, share, noise)?;
                         made = Some((share, factors));
                     }
                     if let Some((_, factors)) = &made {
-                        for (sum, (_, picture)) in sums.iter_mut().zip(&pictures) {
-                            *sum += factors.of(&picture[channel]).log;
+                        for (sum, ((_, picture, _), responses)) in
+                            sums.iter_mut().zip(pictures.iter().zip(&responses))
+                        {
+                            *sum += factors.of(&picture[channel], responses)?.log;
                         }
                     }
                 }
                 Ok(sums)
             });
             for (light, column) in columns.into_iter().enumerate() {
-                for ((picture, _), value) in pictures.iter().zip(column?) {
+                for ((picture, _, _), value) in pictures.iter().zip(column?) {
                     evidence[*picture][label][light] = value;
                 }
             }

@@ -2,6 +2,7 @@
 
 use super::discriminant::Discriminant;
 use super::evaluate::{Evaluation, judge_leaving_one_out};
+use super::evidence::GaussianEvidence;
 use super::experts::{
     ColourExpert, EvidenceExpert, Expert, LogRadianceExpert, Stack, light_spectrum,
 };
@@ -114,11 +115,8 @@ named!(Method, "classifier");
 /// What pixels and interpolation add to an amplitude of log radiance.
 const LOG_NOISE: f64 = 1e-3;
 
-/// ν of [`GaussianEvidence`](super::GaussianEvidence).
-const EVIDENCE_NOISE: f64 = 0.02;
-
 /// The degree of the light in evidence.
-pub(super) const EVIDENCE_DEGREE: usize = 96;
+pub(super) const EVIDENCE_DEGREE: usize = 127;
 
 /// The readings of one protocol's pictures, and every method on them.
 #[derive(Debug)]
@@ -263,7 +261,7 @@ impl Harness {
                 reader.evidence_layout(),
                 degree,
                 &spectra,
-                EVIDENCE_NOISE,
+                GaussianEvidence::NOISE,
                 parallelism,
             )?);
         }

@@ -6,6 +6,7 @@
     reason = "the formulas are plain text, with subscripts"
 )]
 
+mod bright_lights;
 mod continuous;
 #[cfg(feature = "files")]
 mod development;
@@ -26,12 +27,14 @@ mod picture_file;
 mod posterior;
 mod protocol;
 mod reading;
+mod smooth_operator;
 #[cfg(feature = "files")]
 mod training;
 
+pub use bright_lights::BrightLights;
 pub use continuous::{
-    Calibration, LearnedPosterior, PosteriorModel, RandomReflectances, Reflectance, Sample,
-    collect_random,
+    Calibration, JudgedPosteriors, LearnedPosterior, PosteriorModel, RandomReflectances,
+    Reflectance, Sample, collect_random,
 };
 pub use discriminant::{Discriminant, LinearScores};
 pub use evaluate::{
@@ -51,6 +54,7 @@ pub use posterior::{Posterior, ReflectanceGrid};
 #[cfg(feature = "contracts")]
 pub(crate) use protocol::collect_from;
 pub use protocol::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, Plan, Protocol, View, collect};
-pub use reading::{JudgedReading, LogReader, Reader, Reading};
+pub use reading::{EvidenceReader, EvidenceReading, JudgedReading, LogReader, Reader, Reading};
+pub use smooth_operator::{LightResponses, SmoothModes, SmoothOperator};
 #[cfg(feature = "files")]
 pub use training::TrainingPlan;

@@ -1,6 +1,10 @@
 //! The posterior over reflectances: how specular, how rough.
 
-use super::evidence::{GaussianEvidence, log_sum_exp};
+use super::bright_lights::BrightLights;
+use super::continuous::LearnedPosterior;
+use super::evidence::{GaussianEvidence, log_sum_exp, natural_spectrum};
+use super::harness::EVIDENCE_DEGREE;
+use super::smooth_operator::{SmoothModes, SmoothOperator};
 use crate::features::{Modes, RingLayout};
 use crate::reflectance::Variant;
 use crate::reflection::OperatorSet;
@@ -15,12 +19,34 @@ pub struct ReflectanceGrid {
     layout: RingLayout,
     shares: Vec<f64>,
     sigmas: Vec<f64>,
+    /// One a roughness.
+    operators: Vec<SmoothOperator>,
     /// factors[(sigma · shares + share) · spectra + spectrum].
     factors: Vec<GaussianEvidence>,
     spectra: usize,
 }
 
 impl ReflectanceGrid {
+    /// The grid of [`LearnedPosterior`], under light of η = 0 or 0.75, to degree 127, as pictures of 128 pixels a side ask for it.
+    ///
+    /// # Errors
+    /// What the operator refuses.
+    pub fn of_view(
+        variant: Variant,
+        layout: &RingLayout,
+        parallelism: Parallelism,
+    ) -> Result<Self> {
+        Self::new(
+            variant,
+            layout,
+            &LearnedPosterior::shares(),
+            &LearnedPosterior::sigmas(),
+            &[0.0, 0.75].map(|eta| natural_spectrum(eta, EVIDENCE_DEGREE)),
+            GaussianEvidence::NOISE,
+            parallelism,
+        )
+    }
+
     /// Factors for every share, every σ (0 is a mirror) and every spectrum of light, through the operator of `variant` to
     /// the degree of the shortest spectrum.
     ///
@@ -61,27 +87,23 @@ impl ReflectanceGrid {
         let degree = degree - 1;
         let set = OperatorSet::new(variant, layout.viewpoint(), layout.angles(), degree)?;
         let mut factors = Vec::with_capacity(sigmas.len() * shares.len() * spectra.len());
+        let mut operators = Vec::with_capacity(sigmas.len());
         for &sigma in sigmas {
-            let operator = set.at(sigma, parallelism)?;
+            let operator = SmoothOperator::new(&*set.at(sigma, parallelism)?, layout)?;
             let made = parallelism.map(shares.len() * spectra.len(), |i| {
                 let (share, spectrum) = (shares[i / spectra.len()], &spectra[i % spectra.len()]);
-                GaussianEvidence::new(
-                    &operator,
-                    layout,
-                    &spectrum[..=degree],
-                    1.0 - share,
-                    share,
-                    noise,
-                )
+                GaussianEvidence::new(&operator, &spectrum[..=degree], 1.0 - share, share, noise)
             });
             for factor in made {
                 factors.push(factor?);
             }
+            operators.push(operator);
         }
         Ok(Self {
             layout: layout.clone(),
             shares: shares.to_vec(),
             sigmas: sigmas.to_vec(),
+            operators,
             factors,
             spectra: spectra.len(),
         })
@@ -92,14 +114,40 @@ impl ReflectanceGrid {
         &self.layout
     }
 
+    /// ln of the likelihood of each point, row by row, one row a roughness, of one channel of a picture with these bright lights: the mean over the spectra.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for modes of another layout.
+    pub fn log_likelihoods(&self, modes: &Modes, lights: &BrightLights) -> Result<Vec<f64>> {
+        let modes = SmoothModes::new(modes, &self.layout)?;
+        let mut logs = Vec::with_capacity(self.sigmas.len() * self.shares.len());
+        let row = self.shares.len() * self.spectra;
+        for (operator, factors) in self.operators.iter().zip(self.factors.chunks(row)) {
+            let responses = operator.responses(lights)?;
+            for factors in factors.chunks(self.spectra) {
+                let values = factors
+                    .iter()
+                    .map(|factor| Ok(factor.of(&modes, &responses)?.log))
+                    .collect::<Result<Vec<f64>>>()?;
+                logs.push(log_sum_exp(values.into_iter()) - (self.spectra as f64).ln());
+            }
+        }
+        Ok(logs)
+    }
+
     /// The posterior of one channel.
     ///
     /// `weight` is the power to which the likelihood is raised, at most 1: amplitudes of real light are not independent
     /// as the field's are, and counting each in full makes the posterior far too sure.
     ///
     /// # Errors
-    /// A weight that is not in (0, 1].
-    pub fn posterior(&self, modes: &Modes, weight: f64) -> Result<Posterior> {
+    /// A weight that is not in (0, 1], and those of [`Self::log_likelihoods`].
+    pub fn posterior(
+        &self,
+        modes: &Modes,
+        lights: &BrightLights,
+        weight: f64,
+    ) -> Result<Posterior> {
         if !(weight > 0.0 && weight <= 1.0) {
             return Err(Error::Domain {
                 what: "the weight of the likelihood",
@@ -107,15 +155,11 @@ impl ReflectanceGrid {
                 allowed: "above 0 and at most 1",
             });
         }
-        let log = self
-            .factors
-            .chunks(self.spectra)
-            .map(|factors| {
-                let values: Vec<f64> = factors.iter().map(|f| weight * f.of(modes).log).collect();
-                log_sum_exp(values.iter().copied())
-            })
-            .collect();
-        Ok(Posterior::of_likelihoods(&self.shares, &self.sigmas, log))
+        let mut logs = self.log_likelihoods(modes, lights)?;
+        for log in &mut logs {
+            *log *= weight;
+        }
+        Ok(Posterior::of_likelihoods(&self.shares, &self.sigmas, logs))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::bright_lights::BrightLights;
 use crate::Result;
 use crate::features::{
     Continuation, DrorFeatures, ImageSpectrum, LogBands, MirroredLight, Modes, Needlets,
@@ -35,8 +36,8 @@ pub struct JudgedReading {
     pub paper: [PaperFeatures; 3],
     /// [`UnbiasedBands`].
     pub unbiased: Vec<f64>,
-    /// The rings' amplitudes of each channel.
-    pub modes: [Modes; 3],
+    /// What evidence is taken of.
+    pub evidence: EvidenceReading,
     /// The picture itself.
     pub image: SphereImage,
 }
@@ -44,7 +45,7 @@ pub struct JudgedReading {
 impl Reading {
     /// What would have been read off the picture over its own mean luminance: all that an unknown exposure leaves.
     ///
-    /// [`JudgedReading::modes`] and the picture keep their scale, which [`GaussianEvidence`](super::GaussianEvidence) does not notice.
+    /// [`JudgedReading::evidence`] and the picture keep their scale, which [`GaussianEvidence`](super::GaussianEvidence) does not notice.
     pub fn without_exposure(mut self) -> Self {
         let mean = Luminance::Rec709.of(self.mean);
         self.mean = self.mean.map(|value| value / mean);
@@ -124,11 +125,65 @@ impl LogReader {
     }
 }
 
+/// What [`GaussianEvidence`](super::GaussianEvidence) is taken of.
+#[derive(Debug, Clone)]
+pub struct EvidenceReading {
+    /// The rings' amplitudes of each channel.
+    pub channels: [Modes; 3],
+    /// Those of the luminance.
+    pub luminance: Modes,
+    /// Where small bright lights may be.
+    pub lights: BrightLights,
+}
+
+/// The plan of an [`EvidenceReading`] of pictures of one viewpoint.
+#[derive(Debug, Clone)]
+pub struct EvidenceReader {
+    layout: RingLayout,
+}
+
+impl EvidenceReader {
+    /// The largest order of the amplitudes.
+    pub const ORDERS: usize = 24;
+
+    /// The plan.
+    ///
+    /// # Errors
+    /// A camera inside the sphere.
+    pub fn new(viewpoint: Viewpoint) -> Result<Self> {
+        let layout = RingLayout::new(viewpoint, Reader::RINGS, Self::ORDERS)?;
+        Ok(Self { layout })
+    }
+
+    /// The rings.
+    pub fn layout(&self) -> &RingLayout {
+        &self.layout
+    }
+
+    /// Reads a picture.
+    ///
+    /// # Errors
+    /// Pictures that are too small.
+    pub fn read(&self, image: &SphereImage) -> Result<EvidenceReading> {
+        self.of(&Unwrapped::new(image, &self.layout)?)
+    }
+
+    fn of(&self, picture: &Unwrapped) -> Result<EvidenceReading> {
+        let all = |[r, g, b]: [f64; 3]| [r, g, b, Luminance::Rec709.of([r, g, b])];
+        let [r, g, b, luminance] = Modes::of(picture, &self.layout, all)?;
+        Ok(EvidenceReading {
+            channels: [r, g, b],
+            luminance,
+            lights: BrightLights::of(picture, &self.layout),
+        })
+    }
+}
+
 /// The plans of everything that is read off pictures of one viewpoint.
 #[derive(Debug, Clone)]
 pub struct Reader {
     log: LogReader,
-    evidence_layout: RingLayout,
+    evidence: EvidenceReader,
     paper: [ImageSpectrum; 3],
     unbiased: UnbiasedBands,
     needlets: Needlets,
@@ -149,12 +204,6 @@ impl Reader {
     /// The largest order about the line of sight.
     pub const ORDERS: usize = 32;
 
-    /// Rings of the amplitudes that evidence is taken of.
-    pub const EVIDENCE_RINGS: usize = 40;
-
-    /// The largest order of the amplitudes that evidence is taken of.
-    pub const EVIDENCE_ORDERS: usize = 24;
-
     /// Radial functions of the log-radiance amplitudes.
     pub const FUNCTIONS: usize = 24;
 
@@ -169,11 +218,7 @@ impl Reader {
         let plan = |continuation| ImageSpectrum::new(TOP_DEGREE, continuation);
         let [a, b, c] = Self::CONTINUATIONS;
         Ok(Self {
-            evidence_layout: RingLayout::new(
-                viewpoint,
-                Self::EVIDENCE_RINGS,
-                Self::EVIDENCE_ORDERS,
-            )?,
+            evidence: EvidenceReader::new(viewpoint)?,
             paper: [plan(a)?, plan(b)?, plan(c)?],
             unbiased: UnbiasedBands::new()?,
             needlets: Needlets::new()?,
@@ -182,9 +227,9 @@ impl Reader {
         })
     }
 
-    /// The rings of [`JudgedReading::modes`].
+    /// The rings of [`JudgedReading::evidence`].
     pub fn evidence_layout(&self) -> &RingLayout {
-        &self.evidence_layout
+        self.evidence.layout()
     }
 
     /// Reads a picture; `judged` asks for [`Reading::judged`] too.
@@ -212,10 +257,7 @@ impl Reader {
                     PaperFeatures::of_image(c, image)?,
                 ],
                 unbiased: self.unbiased.of(image)?,
-                modes: {
-                    let layout = &self.evidence_layout;
-                    Modes::of(&Unwrapped::new(image, layout)?, layout, |rgb| rgb)?
-                },
+                evidence: self.evidence.of(&unwrapped)?,
                 image: image.clone(),
             })
         } else {

@@ -147,7 +147,7 @@ impl Training {
             &plan.plan,
             parallelism,
             done,
-            &develop,
+            &|_, seed, image| develop(seed, image),
         )?;
         let random = samples.into_iter().flat_map(|of| {
             of.view.into_iter().map(move |view| Sample {

@@ -6,8 +6,9 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::json;
 
 use crate::classify::{
-    Calibration, Dataset, Evaluation, Harness, JudgedReading, LearnedPosterior, LogReader, Method,
-    NearestNeighbour, Observation, Plan, Protocol, RandomReflectances, Reader, Reading, Scaling,
+    Calibration, Dataset, Evaluation, EvidenceReader, EvidenceReading, Harness, JudgedPosteriors,
+    JudgedReading, LearnedPosterior, LogReader, Method, NearestNeighbour, Observation, Plan,
+    Posterior, Protocol, RandomReflectances, Reader, Reading, ReflectanceGrid, Sample, Scaling,
     TrainingPlan, collect_random, leave_one_illumination_out, mcnemar,
 };
 use crate::cli::arguments::{Protocols, Reproduce};
@@ -157,8 +158,8 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
     if !beyond.rows.is_empty() {
         console::answer(format!("\n{}", beyond.table()));
     }
-    if let Some(text) = beyond.continuous_sentence() {
-        console::answer(format!("\n{text}"));
+    if !beyond.continuous.is_empty() {
+        console::answer(format!("\n{}", beyond.continuous_table()));
     }
     if !beyond.files.is_empty() {
         console::answer(format!("\n{}", beyond.files_table()));
@@ -196,7 +197,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
     output.commit()?;
     if let Some(path) = &options.write {
         write_between_marks(path, &beyond.markdown())?;
-        if let Some(row) = &beyond.continuous {
+        if let Some(row) = beyond.continuous.last() {
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             let plot = path.with_file_name(format!("{stem}-calibration.svg"));
             write_file(&plot, calibration(&row.coverage).as_bytes())?;
@@ -250,7 +251,7 @@ fn render(
 struct Beyond {
     rows: Vec<Row>,
     comparisons: Vec<Comparison>,
-    continuous: Option<ContinuousRow>,
+    continuous: Vec<ContinuousRow>,
     files: Vec<FilesRow>,
 }
 
@@ -293,7 +294,9 @@ impl Beyond {
 
     /// σ and the specular share of random reflectances.
     fn add_continuous(&mut self, maps: &[EnvironmentMap], plan: &Plan, seed: u64) -> Result<()> {
-        let reader = LogReader::new(Protocol::Continuous.view().viewpoint)?;
+        let viewpoint = Protocol::Continuous.view().viewpoint;
+        let reader = LogReader::new(viewpoint)?;
+        let evidence_reader = EvidenceReader::new(viewpoint)?;
         let bar = progress::bar(maps.len(), "random");
         let random = RandomReflectances {
             seed,
@@ -306,42 +309,91 @@ impl Beyond {
             plan,
             Parallelism::Rayon,
             &|| bar.inc(1),
-            &|_, image| reader.features(image),
+            &|judged, _, image| {
+                let reading = judged.then(|| evidence_reader.read(image));
+                Ok((reader.features(image)?, reading.transpose()?))
+            },
         );
         bar.finish_and_clear();
+        let layout = evidence_reader.layout();
+        let grid = ReflectanceGrid::of_view(plan.lobe, layout, Parallelism::Rayon)?;
+        let (mut features, mut readings) = (Vec::new(), Vec::new());
+        for sample in samples? {
+            let (view, reading) = sample.view;
+            features.push(Sample {
+                illumination: sample.illumination,
+                judged: sample.judged,
+                truth: sample.truth,
+                view,
+            });
+            readings.push(reading);
+        }
+        let bar = progress::bar(readings.len(), "evidence");
+        let evidence = Parallelism::Rayon.map(readings.len(), |i| {
+            bar.inc(1);
+            let of = |reading: &EvidenceReading| {
+                grid.log_likelihoods(&reading.luminance, &reading.lights)
+            };
+            readings[i].as_ref().map(of).transpose()
+        });
+        bar.finish_and_clear();
+        let evidence = evidence.into_iter().collect::<Result<Vec<_>>>()?;
         let learned = LearnedPosterior::new(
-            &samples?,
+            &features,
             &LearnedPosterior::shares(),
             &LearnedPosterior::sigmas(),
         )?;
-        let results = learned.leave_one_illumination_out(Parallelism::Rayon)?;
-        let calibration = Calibration::of(&results);
-        self.continuous = Some(ContinuousRow {
-            count: calibration.count,
-            sigma_error: calibration.sigma_error,
-            share_error: calibration.share_error,
-            coverage: calibration.coverage,
-        });
+        let results = learned.leave_one_illumination_out(&evidence, Parallelism::Rayon)?;
+        let row = |reader: &str, of: fn(&JudgedPosteriors) -> &Posterior| {
+            let posteriors: Vec<_> = results.iter().map(|r| (r.truth, of(r))).collect();
+            let calibration = Calibration::of(&posteriors);
+            ContinuousRow {
+                reader: reader.into(),
+                count: calibration.count,
+                sigma_error: calibration.sigma_error,
+                share_error: calibration.share_error,
+                coverage: calibration.coverage,
+            }
+        };
+        self.continuous = vec![
+            row("evidence", |r| &r.evidence),
+            row("learned", |r| &r.learned),
+            row("both", |r| &r.both),
+        ];
         Ok(())
     }
 
-    /// What came of it.
-    fn continuous_sentence(&self) -> Option<String> {
-        let row = self.continuous.as_ref()?;
+    const CONTINUOUS_HEADINGS: [&'static str; 8] = [
+        "continuous, read by",
+        "pictures#",
+        "median error of σ#",
+        "of the share#",
+        "50 % intervals hold, of σ#",
+        "of shares#",
+        "90 % intervals hold, of σ#",
+        "of shares#",
+    ];
+
+    fn continuous_columns(row: &ContinuousRow) -> Vec<String> {
         let at = |level: f64| row.coverage.iter().find(|c| c.0 == level);
-        let (half, ninety) = (at(0.5)?, at(0.9)?);
-        Some(format!(
-            "continuous: over {} pictures of random reflectances the median error of σ is {:.1} % and that of the specular \
-             share {:.3}; the 50 % intervals hold {:.1} % (σ) and {:.1} % (share) of the truths, the 90 % intervals \
-             {:.1} % and {:.1} %",
-            row.count,
-            100.0 * row.sigma_error,
-            row.share_error,
-            100.0 * half.1,
-            100.0 * half.2,
-            100.0 * ninety.1,
-            100.0 * ninety.2,
-        ))
+        let percent = |part: f64| format!("{:.1} %", 100.0 * part);
+        let held = |level: f64| at(level).map_or([f64::NAN; 2], |c| [c.1, c.2]).map(percent);
+        let mut columns = vec![
+            row.reader.clone(),
+            row.count.to_string(),
+            percent(row.sigma_error),
+            format!("{:.3}", row.share_error),
+        ];
+        columns.extend(held(0.5));
+        columns.extend(held(0.9));
+        columns
+    }
+
+    fn continuous_table(&self) -> Table {
+        plain_table(
+            &Self::CONTINUOUS_HEADINGS,
+            self.continuous.iter().map(Self::continuous_columns),
+        )
     }
 
     fn add(&mut self, harness: &Harness, methods: &[Method]) -> Result<()> {
@@ -437,29 +489,32 @@ impl Beyond {
     }
 
     fn markdown(&self) -> String {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let mut text = line(&Self::HEADINGS.map(|h| h.trim_end_matches('#').to_owned()));
-        let rule = Self::HEADINGS.map(|h| if h.ends_with('#') { "---:" } else { "---" }.to_owned());
-        text.push_str(&line(&rule));
-        for row in &self.rows {
-            text.push_str(&line(&self.columns(&row.row)));
-        }
+        let rows = self.rows.iter().map(|row| self.columns(&row.row).into());
+        let mut text = markdown_table(&Self::HEADINGS, rows)
+            .trim_start()
+            .to_owned();
         if !self.files.is_empty() {
-            let headings = Self::FILES_HEADINGS;
-            text.push_str(&format!(
-                "\n{}{}",
-                line(&headings.map(|h| h.trim_end_matches('#').to_owned())),
-                line(&headings.map(|h| if h.ends_with('#') { "---:" } else { "---" }.to_owned()))
-            ));
-            for row in &self.files {
-                text.push_str(&line(&Self::files_columns(row)));
-            }
+            let rows = self.files.iter().map(Self::files_columns);
+            text.push_str(&markdown_table(&Self::FILES_HEADINGS, rows));
         }
-        if let Some(sentence) = self.continuous_sentence() {
-            text.push_str(&format!("\n{sentence}.\n"));
+        if !self.continuous.is_empty() {
+            let rows = self.continuous.iter().map(Self::continuous_columns);
+            text.push_str(&markdown_table(&Self::CONTINUOUS_HEADINGS, rows));
         }
         text
     }
+}
+
+/// A table after an empty line.
+fn markdown_table(headings: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let names = headings.iter().map(|h| h.trim_end_matches('#').to_owned());
+    let rules = headings
+        .iter()
+        .map(|h| if h.ends_with('#') { "---:" } else { "---" }.to_owned());
+    let mut text = format!("\n{}{}", line(names.collect()), line(rules.collect()));
+    text.extend(rows.map(line));
+    text
 }
 
 /// The marks between which `--write` puts its table.
@@ -722,9 +777,13 @@ fn write_page(
         page.grid(2, &pictures);
     }
 
-    if let (Some(row), Some(sentence)) = (&beyond.continuous, beyond.continuous_sentence()) {
+    if let Some(row) = beyond.continuous.last() {
         page.heading("Reading σ and the specular share off a picture");
-        page.paragraph(&format!("{sentence}."));
+        let rows = beyond.continuous.iter();
+        let table: Vec<(&str, Vec<String>)> = rows
+            .map(|row| ("", Beyond::continuous_columns(row)))
+            .collect();
+        page.table(&Beyond::CONTINUOUS_HEADINGS, &table);
         output.add("figures/calibration.svg", calibration(&row.coverage))?;
         page.figure(&Figure {
             path: "figures/calibration.svg".into(),

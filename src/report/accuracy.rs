@@ -93,6 +93,8 @@ impl AccuracyRow {
 /// How well the reflectance was read off pictures of random ones.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ContinuousRow {
+    /// Who read it: `evidence`, `learned` or `both`.
+    pub reader: String,
     /// How many pictures.
     pub count: usize,
     /// The median of the relative error of σ.
@@ -135,8 +137,8 @@ pub struct AccuracyFile {
     /// Every classifier against the combined one.
     pub comparisons: Vec<Comparison>,
     /// The protocol `continuous`, where it was asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub continuous: Option<ContinuousRow>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub continuous: Vec<ContinuousRow>,
     /// The trial of `lobes classify`, where it was asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<FilesRow>,
