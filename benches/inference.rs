@@ -3,9 +3,13 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use lobes::classify::{LearnedPosterior, LogReader, Reader, Reflectance, Sample};
+use lobes::Parallelism;
+use lobes::classify::{
+    EvidenceReader, LearnedPosterior, LogReader, Reader, Reflectance, ReflectanceGrid, Sample,
+};
 use lobes::features::{Continuation, ImageSpectrum, PaperFeatures, TOP_DEGREE};
 use lobes::glam::DVec3;
+use lobes::reflectance::Variant;
 use lobes::reflection::{Camera, SphereImage, Viewpoint};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -72,5 +76,30 @@ fn posterior(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, features, posterior);
+fn evidence(criterion: &mut Criterion) {
+    let image = picture();
+    let reader = EvidenceReader::new(Viewpoint::Orthographic).unwrap();
+    let make = || {
+        let variant = Variant::RadianceSampled;
+        ReflectanceGrid::of_view(variant, reader.layout(), Parallelism::Sequential).unwrap()
+    };
+    let mut group = criterion.benchmark_group("evidence");
+    group.sample_size(10);
+    group.bench_function("factors of 500 points, two spectra", |bencher| {
+        bencher.iter(|| black_box(make()));
+    });
+    group.bench_function("reading a picture", |bencher| {
+        bencher.iter(|| black_box(reader.read(&image).unwrap()));
+    });
+    let (grid, reading) = (make(), reader.read(&image).unwrap());
+    group.bench_function("500 points, two spectra, ten lights", |bencher| {
+        bencher.iter(|| {
+            let logs = grid.log_likelihoods(&reading.luminance, &reading.lights);
+            black_box(logs.unwrap())
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, features, posterior, evidence);
 criterion_main!(benches);

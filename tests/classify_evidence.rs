@@ -2,10 +2,13 @@
 
 use std::f64::consts::PI;
 
-use lobes::classify::{GaussianEvidence, ReflectanceGrid, natural_spectrum};
+use lobes::classify::{
+    BrightLights, Evidence, GaussianEvidence, ReflectanceGrid, SmoothModes, SmoothOperator,
+    natural_spectrum,
+};
 use lobes::features::{Modes, RingLayout, Unwrapped};
 use lobes::glam::DVec3;
-use lobes::harmonics::{Coefficients, evaluate};
+use lobes::harmonics::{Coefficients, evaluate, legendre};
 use lobes::reflectance::Variant;
 use lobes::reflection::{Camera, Operator, OperatorSet, SphereImage, Viewpoint};
 use lobes::{Error, Parallelism};
@@ -139,9 +142,27 @@ fn simulate(
     values
 }
 
+/// The evidence of modes with lights in known directions.
+fn evidence(
+    operator: &Operator,
+    layout: &RingLayout,
+    spectrum: &[f64],
+    (rho_d, rho_s): (f64, f64),
+    noise: f64,
+    modes: &Modes,
+    lights: &BrightLights,
+) -> Evidence {
+    let operator = SmoothOperator::new(operator, layout).unwrap();
+    let factors = GaussianEvidence::new(&operator, spectrum, rho_d, rho_s, noise).unwrap();
+    let modes = SmoothModes::new(modes, layout).unwrap();
+    factors
+        .of(&modes, &operator.responses(lights).unwrap())
+        .unwrap()
+}
+
 #[test]
 fn evidence_is_the_student_density_of_the_whole_picture() {
-    // Against one dense covariance of all amplitudes.
+    // Against one dense covariance of all amplitudes, without and with lights. Five functions across five rings are all there are.
     let layout = RingLayout::new(Viewpoint::Orthographic, 5, 3).unwrap();
     let spectrum = natural_spectrum(0.4, 12);
     let operator = Operator::new(
@@ -156,7 +177,6 @@ fn evidence_is_the_student_density_of_the_whole_picture() {
     let mut rng = Pcg64::seed_from_u64(11);
     let values = simulate(&operator, &layout, &spectrum, 0.4, 0.05, &mut rng);
     let modes = Modes::from_values(&layout, values.clone()).unwrap();
-    let evidence = GaussianEvidence::new(&operator, &layout, &spectrum, 0.6, 0.4, 0.05).unwrap();
     let n = layout.len();
     let mut dense = nalgebra::DMatrix::zeros(n, n);
     let diagonal: f64 = (1..=3)
@@ -174,18 +194,97 @@ fn evidence_is_the_student_density_of_the_whole_picture() {
         }
     }
     let y = nalgebra::DVector::from_vec(values);
-    let square = y.dot(&dense.clone().lu().solve(&y).unwrap());
-    let half = 0.5 * n as f64;
-    let expected = statrs::function::gamma::ln_gamma(half)
-        - half * (PI * square).ln()
-        - 0.5 * dense.lu().determinant().ln();
-    let got = evidence.of(&modes);
-    assert!(
-        (got.log - expected).abs() < 1e-8 * expected.abs(),
-        "{} for {expected}",
-        got.log
-    );
-    assert!((got.log_strength - (square / n as f64).ln()).abs() < 1e-9);
+    let directions: [Vec<(f64, f64)>; 3] = [
+        vec![],
+        vec![(0.4, 0.3)],
+        vec![(0.4, 0.3), (1.1, 2.0), (0.9, -2.5)],
+    ];
+    for directions in directions {
+        let mut dense = dense.clone();
+        for &(polar, azimuth) in &directions {
+            // What a light gives each amplitude: the cosine ones of an order, then its sine ones.
+            let mut response = nalgebra::DVector::zeros(n);
+            for column in 0..7_usize {
+                let m = column.div_ceil(2);
+                let mut harmonics = vec![0.0; 13 - m];
+                legendre::column(m, 12, polar.cos(), polar.sin(), &mut harmonics).unwrap();
+                let around = m as f64 * azimuth;
+                let wave = if column > 0 && column % 2 == 0 {
+                    around.sin()
+                } else {
+                    around.cos()
+                };
+                for (l, harmonic) in (m..=12).zip(harmonics) {
+                    for ring in 0..5 {
+                        let transfer = 0.6 * operator.diffuse(l, m)[ring]
+                            + 0.4 * operator.specular(l, m)[ring];
+                        response[5 * column + ring] += transfer * harmonic * wave;
+                    }
+                }
+            }
+            dense += 100.0 * &response * response.transpose();
+        }
+        let square = y.dot(&dense.clone().lu().solve(&y).unwrap());
+        let half = 0.5 * n as f64;
+        let expected = statrs::function::gamma::ln_gamma(half)
+            - half * (PI * square).ln()
+            - 0.5 * dense.lu().determinant().ln();
+        let lights = BrightLights::from_directions(directions);
+        let got = evidence(
+            &operator,
+            &layout,
+            &spectrum,
+            (0.6, 0.4),
+            0.05,
+            &modes,
+            &lights,
+        );
+        assert!(
+            (got.log - expected).abs() < 1e-8 * expected.abs(),
+            "{} for {expected}",
+            got.log
+        );
+        assert!((got.log_strength - (square / n as f64).ln()).abs() < 1e-8);
+    }
+}
+
+#[test]
+fn bright_lights_are_where_a_mirror_shows_them() {
+    // Three lamps on a grey ground, by their polar angle from the axis and their azimuth.
+    let lamps = [(0.5, 0.4, 9.0), (1.2, 2.5, 5.0), (1.0, -1.5, 3.0)];
+    for (camera, viewpoint) in [
+        (
+            Camera::orthographic(DVec3::new(0.3, 0.5, 0.8), DVec3::Y).unwrap(),
+            Viewpoint::Orthographic,
+        ),
+        (
+            Camera::perspective(DVec3::Z, DVec3::Y, 3.0).unwrap(),
+            Viewpoint::Perspective { distance: 3.0 },
+        ),
+    ] {
+        let direction = |polar: f64, azimuth: f64| {
+            DVec3::new(
+                polar.sin() * azimuth.cos(),
+                polar.sin() * azimuth.sin(),
+                polar.cos(),
+            )
+        };
+        let image = picture(camera, 128, |polar, azimuth| {
+            let seen = direction(polar + viewpoint.view_angle(polar), azimuth);
+            let near = |&(p, a, strength): &(f64, f64, f64)| {
+                strength * (-800.0 * (1.0 - seen.dot(direction(p, a)))).exp()
+            };
+            0.1 + lamps.iter().map(near).sum::<f64>()
+        });
+        let layout = RingLayout::new(viewpoint, 64, 24).unwrap();
+        let lights = BrightLights::of(&Unwrapped::new(&image, &layout).unwrap(), &layout);
+        assert_eq!(lights.directions().len(), BrightLights::COUNT);
+        for ((polar, azimuth), lamp) in lights.directions().iter().zip(&lamps) {
+            let apart = direction(*polar, *azimuth).angle_between(direction(lamp.0, lamp.1));
+            // A ring is 0.04 wide in the angle of light.
+            assert!(apart < 0.04, "{polar} {azimuth} for {lamp:?}");
+        }
+    }
 }
 
 #[test]
@@ -200,9 +299,9 @@ fn strength_is_found_and_exposure_does_not_matter() {
         let operator = set.at(sigma, Parallelism::Sequential).unwrap();
         let scaled = values.iter().map(|v| v * scale).collect();
         let modes = Modes::from_values(&layout, scaled).unwrap();
-        GaussianEvidence::new(&operator, &layout, &spectrum, 1.0 - share, share, 0.02)
-            .unwrap()
-            .of(&modes)
+        let albedos = (1.0 - share, share);
+        let none = BrightLights::default();
+        evidence(&operator, &layout, &spectrum, albedos, 0.02, &modes, &none)
     };
     let truth = evidence(0.3, 0.1, 1.0);
     // ln k has standard deviation √(2/n), n = 272.
@@ -247,7 +346,11 @@ fn intervals_cover_where_the_model_is_true() {
         let operator = set.at(sigma, Parallelism::Sequential).unwrap();
         let values = simulate(&operator, &layout, &spectrum, share, 0.1, &mut rng);
         let posterior = grid
-            .posterior(&Modes::from_values(&layout, values).unwrap(), 1.0)
+            .posterior(
+                &Modes::from_values(&layout, values).unwrap(),
+                &BrightLights::default(),
+                1.0,
+            )
             .unwrap();
         let total: f64 = posterior.probabilities().iter().sum();
         assert!((total - 1.0).abs() < 1e-12);
@@ -292,11 +395,30 @@ fn refuses_what_it_cannot_read() {
         Parallelism::Sequential,
     )
     .unwrap();
+    let seven = RingLayout::new(Viewpoint::Orthographic, 7, 4).unwrap();
+    assert!(SmoothOperator::new(&operator, &seven).is_err());
+    let operator = SmoothOperator::new(&operator, &layout).unwrap();
+    let factors = |spectrum: &[f64], rho_d: f64, rho_s: f64, noise: f64| {
+        GaussianEvidence::new(&operator, spectrum, rho_d, rho_s, noise)
+    };
     for noise in [0.0, -1.0, f64::NAN] {
-        assert!(GaussianEvidence::new(&operator, &layout, &spectrum, 0.5, 0.5, noise).is_err());
+        assert!(factors(&spectrum, 0.5, 0.5, noise).is_err());
     }
-    assert!(GaussianEvidence::new(&operator, &layout, &spectrum, 0.0, 0.0, 0.1).is_err());
-    assert!(GaussianEvidence::new(&operator, &layout, &spectrum[..16], 0.5, 0.5, 0.1).is_err());
+    assert!(factors(&spectrum, 0.0, 0.0, 0.1).is_err());
+    assert!(factors(&spectrum[..16], 0.5, 0.5, 0.1).is_err());
+    let mut negative = spectrum.clone();
+    negative[3] = -1.0;
+    assert!(factors(&negative, 0.5, 0.5, 0.1).is_err());
+    // Amplitudes of fewer orders, or on other rings.
+    let few = RingLayout::new(Viewpoint::Orthographic, 8, 3).unwrap();
+    let modes = Modes::from_values(&few, vec![1.0; few.len()]).unwrap();
+    let lights = operator.responses(&BrightLights::default()).unwrap();
+    let good = factors(&spectrum, 0.5, 0.5, 0.1).unwrap();
+    assert!(
+        good.of(&SmoothModes::new(&modes, &few).unwrap(), &lights)
+            .is_err()
+    );
+    assert!(SmoothModes::new(&modes, &seven).is_err());
     let grid = |shares: &[f64], sigmas: &[f64], spectra: &[Vec<f64>]| {
         let one = Parallelism::Sequential;
         ReflectanceGrid::new(LOBE, &layout, shares, sigmas, spectra, 0.1, one).err()

@@ -2,8 +2,8 @@
 
 use lobes::Parallelism;
 use lobes::classify::{
-    Harness, Method, Model, Picture, Plan, Protocol, RandomReflectances, ReflectanceGrid, Training,
-    TrainingPlan, natural_spectrum,
+    BrightLights, Harness, Method, Model, Picture, Plan, Protocol, RandomReflectances,
+    ReflectanceGrid, Training, TrainingPlan, natural_spectrum,
 };
 use lobes::features::{Modes, RingLayout};
 use lobes::glam::{DQuat, DVec3};
@@ -146,10 +146,11 @@ fn operators_and_evidence() {
     });
     let modes = Modes::from_values(&layout, noise(layout.len(), 7)).unwrap();
     let spectra = [natural_spectrum(0.4, 16), natural_spectrum(0.0, 16)];
+    let lights = BrightLights::from_directions(vec![(0.5, 1.0), (1.2, -2.0)]);
     check("the evidence for reflectances", |threads| {
         let (shares, sigmas) = ([0.1, 0.4, 0.9], [0.05, 0.1, 0.2]);
         let grid = ReflectanceGrid::new(lobe, &layout, &shares, &sigmas, &spectra, 0.1, threads);
-        let posterior = grid.unwrap().posterior(&modes, 1.0).unwrap();
+        let posterior = grid.unwrap().posterior(&modes, &lights, 1.0).unwrap();
         posterior.probabilities().to_vec()
     });
 }

@@ -4,6 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
+use super::evidence::log_sum_exp;
 use super::posterior::Posterior;
 use super::protocol::{Parts, Plan, View};
 use crate::illumination::{EnvironmentMap, Luminance};
@@ -439,10 +440,12 @@ impl LearnedPosterior {
     }
 
     /// How much probability posteriors give to the truth: Σ ln p, of samples and the ln-likelihoods of the grid's points.
-    fn score<'a>(&self, judged: impl Iterator<Item = (usize, &'a [f64])>, weight: f64) -> f64 {
+    fn score(&self, judged: impl Iterator<Item = (usize, Vec<f64>)>, weight: f64) -> f64 {
         judged
-            .map(|(i, logs)| {
-                let logs = logs.iter().map(|log| weight * log).collect();
+            .map(|(i, mut logs)| {
+                for log in &mut logs {
+                    *log *= weight;
+                }
                 let posterior = Posterior::of_likelihoods(&self.shares, &self.sigmas, logs);
                 posterior.log_density(self.truths[i].share, self.truths[i].sigma)
             })
@@ -461,15 +464,13 @@ impl LearnedPosterior {
     /// The weight at which the truths of an inner loop are likeliest.
     fn weight(&self, logs: &[(usize, Vec<f64>)]) -> f64 {
         let weights = (0..=16).map(|i| 10f64.powf(-2.0 + 0.125 * f64::from(i)));
-        likeliest(weights, |weight| {
-            self.score(logs.iter().map(|(i, logs)| (*i, logs.as_slice())), weight)
-        })
+        likeliest(weights, |weight| self.score(logs.iter().cloned(), weight))
     }
 
     /// The posteriors of every judged sample, by what has seen nothing under its illumination: by what is learned, by evidence, and by both.
     ///
     /// `evidence[i]` are the ln-likelihoods that [`ReflectanceGrid`](super::ReflectanceGrid) gives sample i on the same shares and roughnesses; those of samples that are not judged
-    /// are not used. The weights are chosen by the inner loop: that of evidence, which learns nothing else, and of both those of the sum.
+    /// are not used. The weights are chosen by the inner loop: that of evidence, which learns nothing else, and, beside the learned posterior at its own weight, that of what evidence says of σ.
     ///
     /// # Errors
     /// Those of [`Self::learn`]; [`Error::Length`] for evidence of other samples or of another grid.
@@ -492,43 +493,42 @@ impl LearnedPosterior {
             let mut seen = vec![true; self.moments.len()];
             seen[left_out] = false;
             let logs = self.inner_loop(&seen)?;
-            let model = self.fit(&seen, self.weight(&logs))?;
+            let own = self.weight(&logs);
+            let model = self.fit(&seen, own)?;
             let of_evidence = |i: usize| evidence[i].as_deref().unwrap_or_default();
-            let powers = || (0..=12).map(|i| 10f64.powf(-3.0 + 0.25 * f64::from(i)));
-            let alone = likeliest(powers(), |weight| {
-                let of = logs.iter().filter(|(i, _)| self.judged[*i]);
-                self.score(of.map(|(i, _)| (*i, of_evidence(*i))), weight)
-            });
-            // The learned likelihood at 1, the evidence at a ratio, both at a weight.
-            let sum = |learned: &[f64], i: usize, ratio: f64| -> Vec<f64> {
-                let both = learned.iter().zip(of_evidence(i));
-                both.map(|(learned, evidence)| learned + ratio * evidence)
+            // Of evidence the roughness alone: how much a body adds to the gloss it does not know.
+            let both = |learned: &[f64], i: usize, weight: f64| -> Vec<f64> {
+                let rows = learned.chunks(self.shares.len());
+                rows.zip(of_evidence(i).chunks(self.shares.len()))
+                    .flat_map(|(learned, evidence)| {
+                        let roughness = weight * log_sum_exp(evidence.iter().copied());
+                        learned.iter().map(move |log| own * log + roughness)
+                    })
                     .collect()
             };
-            let mut together = (f64::NEG_INFINITY, 0.0, 0.0);
-            for ratio in powers() {
-                let sums: Vec<(usize, Vec<f64>)> = logs
-                    .iter()
-                    .filter(|(i, _)| self.judged[*i])
-                    .map(|(i, learned)| (*i, sum(learned, *i, ratio)))
-                    .collect();
-                let weight = self.weight(&sums);
-                let score = self.score(sums.iter().map(|(i, s)| (*i, s.as_slice())), weight);
-                if score > together.0 {
-                    together = (score, ratio, weight);
-                }
-            }
+            let known: Vec<&(usize, Vec<f64>)> =
+                logs.iter().filter(|(i, _)| self.judged[*i]).collect();
+            let weights = || (0..=28).map(|i| 10f64.powf(-3.5 + 0.125 * f64::from(i)));
+            let alone = likeliest(weights(), |weight| {
+                self.score(
+                    known.iter().map(|(i, _)| (*i, of_evidence(*i).to_vec())),
+                    weight,
+                )
+            });
+            let beside = likeliest(weights(), |weight| {
+                let sums = known.iter().map(|(i, logs)| (*i, both(logs, *i, weight)));
+                self.score(sums, 1.0)
+            });
             let posteriors = judged
                 .iter()
                 .copied()
                 .filter(|&i| self.illuminations[i] == left_out)
                 .map(|i| {
                     let learned = model.log_likelihoods(&self.features[i]);
-                    let (_, ratio, weight) = together;
                     JudgedPosteriors {
                         truth: self.truths[i],
                         evidence: model.weighed(of_evidence(i), alone),
-                        both: model.weighed(&sum(&learned, i, ratio), weight),
+                        both: model.weighed(&both(&learned, i, beside), 1.0),
                         learned: model.weighed(&learned, model.weight),
                     }
                 })
