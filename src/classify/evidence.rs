@@ -143,30 +143,32 @@ impl GaussianEvidence {
         )?;
         let functions = self.whitenings.first().map_or(0, DMatrix::nrows);
         lights.check(self.whitenings.len(), functions)?;
-        let count = lights.azimuths.len();
+        let count = lights.count();
         let mut square = 0.0;
         let mut gram = DMatrix::identity(count, count) / LIGHT_VARIANCE;
         let mut projection = DMatrix::zeros(count, 1);
+        let mut both = DMatrix::zeros(functions, 2 + count);
+        let mut white = both.clone();
+        let mut across = both.transpose();
+        let mut products = DMatrix::zeros(2 + count, 2 + count);
         for (m, (whitening, amplitudes)) in self.whitenings.iter().zip(&modes.orders).enumerate() {
             check_length("an order's amplitudes", functions, amplitudes.nrows())?;
-            // Amplitudes and lights side by side.
+            // Amplitudes and lights side by side, whitened.
             let parts = amplitudes.ncols();
-            let mut both = DMatrix::zeros(functions, parts + count);
             both.columns_mut(0, parts).copy_from(amplitudes);
             let mut responses = both.columns_mut(parts, count);
-            for (response, (diffuse, specular)) in responses
-                .iter_mut()
-                .zip(lights.diffuse[m].iter().zip(&lights.specular[m]))
-            {
-                *response = self.rho_d * diffuse + self.rho_s * specular;
+            responses.copy_from(&lights.diffuse[m]);
+            responses *= self.rho_d;
+            for (response, specular) in responses.iter_mut().zip(&lights.specular[m]) {
+                *response += self.rho_s * specular;
             }
-            let white = whitening * both;
-            let products = white.transpose() * &white;
-            let waves: Vec<(f64, f64)> = lights
-                .azimuths
-                .iter()
-                .map(|azimuth| (m as f64 * azimuth).sin_cos())
-                .collect();
+            let side_by_side = both.columns(0, parts + count);
+            let mut white = white.columns_mut(0, parts + count);
+            white.gemm(1.0, whitening, &side_by_side, 0.0);
+            white.transpose_to(&mut across.rows_mut(0, parts + count));
+            let mut products = products.view_mut((0, 0), (parts + count, parts + count));
+            products.gemm(1.0, &across.rows(0, parts + count), &white, 0.0);
+            let waves = &lights.waves[m];
             for part in 0..parts {
                 square += products[(part, part)];
                 for (light, (sin, cos)) in waves.iter().enumerate() {
@@ -175,7 +177,8 @@ impl GaussianEvidence {
                 }
             }
             for (i, a) in waves.iter().enumerate() {
-                for (j, b) in waves.iter().enumerate() {
+                // Its lower half is all that is read.
+                for (j, b) in waves.iter().enumerate().take(i + 1) {
                     gram[(i, j)] += (a.0 * b.0 + a.1 * b.1) * products[(parts + i, parts + j)];
                 }
             }

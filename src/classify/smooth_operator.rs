@@ -30,7 +30,8 @@ pub struct SmoothModes {
 /// What lights of strength 1 in some directions give a diffuse and a specular sphere: by order, a row a function, a column a light at azimuth 0.
 #[derive(Debug, Clone)]
 pub struct LightResponses {
-    pub(super) azimuths: Vec<f64>,
+    /// By order: sin mφ and cos mφ of each light.
+    pub(super) waves: Vec<Vec<(f64, f64)>>,
     pub(super) diffuse: Vec<DMatrix<f64>>,
     pub(super) specular: Vec<DMatrix<f64>>,
 }
@@ -117,7 +118,14 @@ impl SmoothOperator {
             specular.push(of_specular * &harmonics);
         }
         Ok(LightResponses {
-            azimuths: directions.iter().map(|direction| direction.1).collect(),
+            waves: (0..self.diffuse.len())
+                .map(|m| {
+                    let azimuths = directions.iter().map(|direction| direction.1);
+                    azimuths
+                        .map(|azimuth| (m as f64 * azimuth).sin_cos())
+                        .collect()
+                })
+                .collect(),
             diffuse,
             specular,
         })
@@ -125,6 +133,11 @@ impl SmoothOperator {
 }
 
 impl LightResponses {
+    /// How many lights.
+    pub(super) fn count(&self) -> usize {
+        self.waves.first().map_or(0, Vec::len)
+    }
+
     /// Whether they are of an operator of so many orders and functions.
     pub(super) fn check(&self, orders: usize, functions: usize) -> Result<()> {
         check_length("the responses to lights", orders, self.diffuse.len())?;
