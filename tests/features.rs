@@ -4,9 +4,15 @@
     reason = "the formulas are plain text, with subscripts"
 )]
 
-use lobes::features::{Continuation, ImagePower, ImageSpectrum, PaperFeatures, TOP_DEGREE};
+use lobes::Parallelism;
+use lobes::features::{
+    Continuation, ImagePower, ImageSpectrum, MirroredLight, PaperFeatures, RingLayout,
+    ShadingResidual, TOP_DEGREE, Unwrapped,
+};
 use lobes::glam::DVec3;
-use lobes::reflection::{Camera, SphereImage};
+use lobes::illumination::EnvironmentMap;
+use lobes::reflectance::{Material, Variant};
+use lobes::reflection::{Camera, Renderer, Settings, SphereImage, Viewpoint};
 
 /// An orthographic image of a function of the normal in the camera's frame.
 fn image(size: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> SphereImage {
@@ -238,5 +244,93 @@ fn features_do_not_notice_a_roll() {
                 map.name()
             );
         }
+    }
+}
+
+/// A sphere under one lamp of strength `lamp`, and light of strength `around` from everywhere else, unwrapped.
+fn under_a_lamp(
+    (diffuse, specular, sigma): (f64, f64, f64),
+    lamp: f64,
+    around: f64,
+    layout: &RingLayout,
+) -> Unwrapped {
+    let pixel = |i: usize| {
+        let (row, column) = (i / 128, i % 128);
+        let near = (18..22).contains(&row) && (60..66).contains(&column);
+        [if near { lamp } else { around }; 3]
+    };
+    let pixels = (0..128 * 64).map(pixel).collect();
+    let map = EnvironmentMap::new("lamp", 128, 64, pixels).unwrap();
+    let material = Material::from_albedos("sphere", [diffuse; 3], [specular; 3], sigma).unwrap();
+    let camera = Camera::orthographic(DVec3::Z, DVec3::Y).unwrap();
+    let one = Parallelism::Sequential;
+    let rendering = Renderer::new(&map, one).unwrap().render(
+        &material,
+        Variant::RadianceSampled,
+        &camera,
+        &Settings::default(),
+        one,
+    );
+    Unwrapped::new(&rendering.unwrap().image, layout).unwrap()
+}
+
+/// Bands of the residual of shading.
+const BANDS: usize = ShadingResidual::FEATURES - 10;
+
+#[test]
+fn nothing_is_left_of_a_matte_sphere_and_of_a_glossy_one_its_gloss() {
+    let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32).unwrap();
+    let plan = ShadingResidual::new(&layout).unwrap();
+    let total = |specular: f64, lamp: f64| -> f64 {
+        let picture = under_a_lamp((0.8, specular, 0.05), lamp, 1.0, &layout);
+        let bands = &plan.of(&picture).unwrap()[..BANDS];
+        bands.iter().map(|ln| ln.exp() - 1e-8).sum()
+    };
+    for lamp in [30.0, 300.0] {
+        let (matte, glossy) = (total(0.0, lamp), total(0.05, lamp));
+        // Degrees above twelve have Σ (2l + 1) (A_l/π)² = 3.5e-4 of a lamp in the dark; some of that passes for shading on the half that is seen.
+        assert!(matte < 1e-4, "{matte}");
+        assert!(glossy > 300.0 * matte, "{glossy} beside {matte}");
+    }
+}
+
+#[test]
+fn the_residual_of_shading_is_the_highlight() {
+    let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32).unwrap();
+    let plan = ShadingResidual::new(&layout).unwrap();
+    // The same body with twice the gloss has twice the residual, but for the mean that both are over.
+    let of = |specular: f64| {
+        let picture = under_a_lamp((0.8, specular, 0.05), 100.0, 1.0, &layout);
+        let mean = picture.mean()[0];
+        // m = 12 … 15 and k = 12 … 32, beyond all shading.
+        (mean, plan.of(&picture).unwrap()[7 * 3 + 2])
+    };
+    let ((mean_one, one), (mean_two, two)) = (of(0.02), of(0.04));
+    let ratio = (0.5 * (two - one)).exp() * mean_two / mean_one;
+    // What the renderer may be off by, a thousandth of the body, is a hundredth of the gloss there.
+    assert!((ratio / 2.0 - 1.0).abs() < 1e-2, "{ratio}");
+}
+
+#[test]
+fn one_lamp_in_the_dark_has_features_still() {
+    let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32).unwrap();
+    let mirrored = MirroredLight::new(&layout).unwrap();
+    let residual = ShadingResidual::new(&layout).unwrap();
+    for albedos in [(0.0, 1.0, 0.0), (0.04, 0.05, 0.0), (0.9, 0.0, 0.0)] {
+        let picture = under_a_lamp(albedos, 1000.0, 0.0, &layout);
+        let features = mirrored.of(&picture).unwrap();
+        // A picture is at most 64 · 128 times its mean, and ratios lie between 10⁻³ and that over 10⁻³.
+        let most = (8192.0f64 * 1e3).ln();
+        assert!(
+            features.iter().all(|value| value.abs() <= most),
+            "{features:?}"
+        );
+        // On the lamp's far side irradiance to degree six is below 0 of a mirror's; a ratio to that would be taken of nothing.
+        assert!(features[..9].windows(2).all(|pair| pair[0] <= pair[1]));
+        let features = residual.of(&picture).unwrap();
+        assert!(
+            features.iter().all(|value| value.is_finite()),
+            "{features:?}"
+        );
     }
 }
