@@ -489,7 +489,7 @@ impl Beyond {
     }
 
     fn markdown(&self) -> String {
-        let rows = self.rows.iter().map(|row| self.columns(&row.row).into());
+        let rows = self.rows.iter().map(|row| self.columns(&row.row));
         let mut text = markdown_table(&Self::HEADINGS, rows)
             .trim_start()
             .to_owned();
