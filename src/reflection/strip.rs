@@ -3,7 +3,7 @@
 //! Grids of the map know nothing of a surface's horizon, nor of a grazing lobe's shape, which is longer than it is wide by
 //! 1/cos θ_o. In the light's height c = n·ω and its azimuth a about the normal both are simple: the horizon is c = 0, dω = dc da, and
 //! on a line of equal c the lobe is about a Gaussian in a. So: Gauss's rule in c on parts that grow with c + cos θ_o, which is what
-//! the lobe varies over; on each line equal steps in tan(a/2), which need no trigonometry; and at each point the map itself. What is
+//! the lobe varies over; on each line equal steps in tan(a/4), which need no trigonometry; and at each point the map itself. What is
 //! left is the kinks of the map between its pixels, whose errors fall as the square of the spacing.
 
 use std::f64::consts::PI;
@@ -27,11 +27,14 @@ const LONGEST: f64 = 2.8;
 /// passed a tolerance of 10⁻³ at σ = 0.03, by up to 5 times, and no time was saved.
 const PIXELS: f64 = 4.0;
 
+/// How many times as far from −cos θ_o parts end as they begin.
+const GROWTH: f64 = 3.0;
+
+/// How many times as many lines and points finer sums have. Counts must differ: two sums on the same points agree whatever their error.
+const FINER: f64 = 1.0 / 0.7;
+
 /// The longest step in azimuth, over the lobe's standard deviation there: Poisson's sum says 2·10⁻⁶.
 const STEP: f64 = 1.2;
-
-/// A lobe is given up if a line goes round the normal farther than to this cosine.
-const ROUND: f64 = -0.5;
 
 /// The map, ready for being looked up: with a row beyond each pole and a column beyond each end.
 #[derive(Debug)]
@@ -77,8 +80,8 @@ impl Strip {
     }
 
     /// ∫ K (1 − s(c · `recip`)) L dω over the light above the horizon with t²/σ² ≤ `exponent`, s being the step of
-    /// [`Part`](super::kernel::Part), on 1/`fineness` times as many lines and points as the lobe itself and the map's pixels ask for; none if the lobe
-    /// goes round its normal.
+    /// [`Part`](super::kernel::Part), on more lines and points than the lobe itself and the map's pixels ask for, [`FINER`] times as many for each of `finer`, and one more part at
+    /// the least.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
         &self,
@@ -86,8 +89,8 @@ impl Strip {
         lobe: &LobeAt,
         exponent: f64,
         recip: f64,
-        fineness: f64,
-    ) -> Option<[f64; 3]> {
+        finer: u32,
+    ) -> [f64; 3] {
         let sigma = lobe.sharpness.recip().sqrt();
         let tilt_sine = (1.0 - lobe.cosine * lobe.cosine).max(0.0).sqrt();
         // Away from the viewer, and across.
@@ -103,15 +106,32 @@ impl Strip {
         }
         let shape = Shape::new(simd, lobe);
         let mut sum = [0.0; 4];
+        if lowest >= highest {
+            return [0.0; 3];
+        }
+        // Parts three times as far from −cos θ_o where they end as where they begin, as long as they are not too long.
+        let longest = (LONGEST * sigma).min(PIXELS * self.step);
+        let bend = (longest / GROWTH.ln() - lobe.cosine).clamp(lowest, highest);
+        let first = lowest + lobe.cosine;
+        let growing = ((bend + lobe.cosine) / first).log(GROWTH);
+        let all = growing + (highest - bend) / longest;
+        let more = |count: f64| {
+            let wanted = (count * FINER.powi(finer as i32)).max(count + f64::from(finer));
+            wanted.ceil() as usize
+        };
+        let parts = more(all.ceil());
+        let end_of = |part: usize| {
+            let at = all * part as f64 / parts as f64;
+            if at < growing {
+                first * GROWTH.powf(at) - lobe.cosine
+            } else {
+                bend + longest * (at - growing)
+            }
+        };
         let mut low = lowest;
-        while low < highest {
-            let length = (2.0 * (low + lobe.cosine))
-                .min(LONGEST * sigma)
-                .min(PIXELS * self.step)
-                * fineness;
-            // No crumbs at the end.
-            let left = highest - low;
-            let length = if length > 0.75 * left { left } else { length };
+        for part in 1..=parts {
+            let high = end_of(part);
+            let length = high - low;
             for (node, weight) in self.rule.nodes.iter().zip(&self.rule.weights) {
                 let part = 0.5 + 0.5 * node;
                 let (height, weight) = if low == 0.0 {
@@ -130,27 +150,25 @@ impl Strip {
                 if end >= swing {
                     continue;
                 }
-                if end < ROUND * swing {
-                    return None;
-                }
-                let end = end / swing;
-                let end = ((1.0 - end) / (1.0 + end)).sqrt();
+                // Round the normal, if need be; the step leaves a kink at its back, which costs a sixth of the step's square.
+                let end = if end > -swing { end / swing } else { -1.0 };
+                let end = (0.5 * (1.0 - end)).sqrt() / (1.0 + (0.5 * (1.0 + end)).sqrt());
                 let deviation = sum_of_heights * sigma / (2.0 * swing).sqrt();
-                let step = 0.5 * (STEP * deviation).min(self.step / across) * fineness;
+                let step = 0.25 * (STEP * deviation).min(self.step / across);
                 let blocks = (2.0 * end / (LANES as f64 * step)).ceil();
                 let line = Line {
                     up: height * lobe.normal,
                     forward: across * forward,
                     aside: across * aside,
                     end,
-                    blocks: blocks as usize,
+                    blocks: more(blocks),
                 };
                 let lobe = LineLobe::new(simd, shape, lobe, height, swing);
                 self.line(simd, &line, &lobe, weight, &mut sum);
             }
-            low += length;
+            low = high;
         }
-        Some([sum[0], sum[1], sum[2]])
+        [sum[0], sum[1], sum[2]]
     }
 
     /// Adds `weight` times ∫ K L da along a line.
@@ -174,15 +192,18 @@ impl Strip {
         let scale = splat(1.0 / self.step);
         // The first pixel of a row is one before ψ = −π.
         let across = splat(0.5 * self.columns as f64 - 0.5);
-        let weight = splat(2.0 * step * weight);
+        let weight = splat(4.0 * step * weight);
         // Of the pixels on the left and of those on the right; four, so that none waits for another.
         let mut pixels = [f32x8::splat(simd, 0.0); 4];
         for block in 0..line.blocks {
             let tangent = lanes + splat((LANES * block) as f64 * step - line.end);
             let square = tangent * tangent;
             let recip = one / (one + square);
+            // Of half the azimuth, and of all of it.
             let (cos, sin) = ((one - square) * recip, (tangent + tangent) * recip);
-            let value = lobe.evaluate(simd, square * recip) * recip * weight;
+            let square = sin * sin;
+            let value = lobe.evaluate(simd, square) * recip * weight;
+            let (cos, sin) = (one - (square + square), (sin + sin) * cos);
             let along = |up: f64, forward: f64, aside: f64| {
                 cos.mul_add(splat(forward), sin.mul_add(splat(aside), splat(up)))
             };
@@ -254,7 +275,7 @@ struct Line {
     up: DVec3,
     forward: DVec3,
     aside: DVec3,
-    /// tan(a/2) where it ends, on both sides.
+    /// tan(a/4) where it ends, on both sides.
     end: f64,
     /// Blocks of [`LANES`] points.
     blocks: usize,
