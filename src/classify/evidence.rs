@@ -3,7 +3,8 @@
 use nalgebra::{Cholesky, DMatrix};
 
 use super::smooth_operator::{LightResponses, SmoothModes, SmoothOperator};
-use crate::error::{check_finite, check_length};
+use crate::error::check_length;
+use crate::reflection::check_spectrum;
 use crate::{Error, Result};
 
 /// The likelihood of one channel of a picture for one reflectance and one spectrum of light.
@@ -70,19 +71,7 @@ impl GaussianEvidence {
                 allowed: "a finite number above 0",
             });
         }
-        check_length(
-            "the spectrum of the light",
-            operator.degree() + 1,
-            spectrum.len(),
-        )?;
-        check_finite("the spectrum of the light", spectrum)?;
-        if let Some(&value) = spectrum.iter().find(|&&value| value < 0.0) {
-            return Err(Error::Domain {
-                what: "a power of the light's spectrum",
-                value,
-                allowed: "0 or more",
-            });
-        }
+        check_spectrum(spectrum, operator.degree())?;
         let blocks: Vec<DMatrix<f64>> = operator
             .blocks(rho_d, rho_s)
             .enumerate()

@@ -26,6 +26,7 @@ pub use camera::{Camera, Sight};
 pub use image::SphereImage;
 #[cfg(feature = "cli")]
 pub(crate) use image::check_size;
+pub(crate) use operator::check_spectrum;
 pub use operator::{Operator, Viewpoint};
 pub use operator_table::{OperatorSet, OperatorTable};
 pub use reference::{Reference, reference};

@@ -314,15 +314,7 @@ impl Operator {
         rho_d: f64,
         rho_s: f64,
     ) -> Result<DMatrix<f64>> {
-        check_length("the spectrum of the light", self.degree + 1, spectrum.len())?;
-        check_finite("the spectrum of the light", spectrum)?;
-        if let Some(&value) = spectrum.iter().find(|&&value| value < 0.0) {
-            return Err(Error::Domain {
-                what: "a power of the light's spectrum",
-                value,
-                allowed: "0 or more",
-            });
-        }
+        check_spectrum(spectrum, self.degree)?;
         let mut block = self.block(m, rho_d, rho_s)?;
         for (mut column, power) in block.column_iter_mut().zip(&spectrum[m..]) {
             column *= power.sqrt();
@@ -542,4 +534,17 @@ fn interleave(parts: &[Vec<f64>], rings: usize) -> Vec<f64> {
         }
     }
     joined
+}
+/// Of light to `degree`: long enough, finite, and nowhere below 0.
+pub(crate) fn check_spectrum(spectrum: &[f64], degree: usize) -> Result<()> {
+    check_length("the spectrum of the light", degree + 1, spectrum.len())?;
+    check_finite("the spectrum of the light", spectrum)?;
+    match spectrum.iter().find(|&&value| value < 0.0) {
+        Some(&value) => Err(Error::Domain {
+            what: "a power of the light's spectrum",
+            value,
+            allowed: "0 or more",
+        }),
+        None => Ok(()),
+    }
 }
