@@ -275,8 +275,6 @@ impl Level {
         columns: &[Columns],
     ) -> Self {
         let weights = row_weights(count, height);
-        let mut rows = Vec::with_capacity(count);
-        let mut moments = Vec::new();
         // Where each circle starts.
         let starts: Vec<usize> = columns
             .iter()
@@ -291,19 +289,34 @@ impl Level {
             .map(|columns| columns.taps)
             .max()
             .unwrap_or(0)
-            + width;
+            + 1;
         let mut line = vec![[0.0; 4]; width + 2 * padding];
         let (sin, cos): (Vec<f64>, Vec<f64>) = (0..count.next_multiple_of(8))
             .map(|index| (PI * (index as f64 + 0.5) / count as f64).sin_cos())
             .unzip();
-        for (weights, &sin) in weights.iter().zip(&sin) {
-            // As dense along the row as across, and a few more, for the interpolation round the poles.
-            let wanted = 2.0 * count as f64 * sin + 12.0;
-            let chosen = columns
-                .iter()
-                .position(|columns| columns.count as f64 >= wanted)
-                .unwrap_or(columns.len() - 1);
-            let columns = &columns[chosen];
+        let mut end = 0;
+        let rows: Vec<(usize, Row)> = sin[..count]
+            .iter()
+            .map(|sin| {
+                // As dense along the row as across, and a few more, for the interpolation round the poles.
+                let wanted = 2.0 * count as f64 * sin + 12.0;
+                let chosen = columns
+                    .iter()
+                    .position(|columns| columns.count as f64 >= wanted)
+                    .unwrap_or(columns.len() - 1);
+                let start = end;
+                end += 4 * (columns[chosen].count + BLOCK);
+                let row = Row {
+                    count: columns[chosen].count,
+                    circle: starts[chosen],
+                    start,
+                };
+                (chosen, row)
+            })
+            .collect();
+        let mut moments = vec![0.0; end];
+        for (weights, (chosen, row)) in weights.iter().zip(&rows) {
+            let columns = &columns[*chosen];
             let (before, rest) = line.split_at_mut(padding);
             let (middle, after) = rest.split_at_mut(width);
             middle.fill([0.0; 4]);
@@ -319,21 +332,18 @@ impl Level {
                     }
                 }
             }
-            for (index, value) in before.iter_mut().rev().enumerate() {
+            // No column draws from farther beyond an end.
+            let beyond = columns.taps + 1;
+            for (index, value) in before.iter_mut().rev().take(beyond).enumerate() {
                 *value = middle[width - 1 - index % width];
             }
-            for (index, value) in after.iter_mut().enumerate() {
+            for (index, value) in after.iter_mut().take(beyond).enumerate() {
                 *value = middle[index % width];
             }
-            let start = moments.len();
-            moments.resize(start + 4 * (columns.count + BLOCK), 0.0);
-            columns.gather(&line, padding, &mut moments[start..]);
-            rows.push(Row {
-                count: columns.count,
-                circle: starts[chosen],
-                start,
-            });
+            let end = row.start + 4 * (columns.count + BLOCK);
+            columns.gather(&line, padding, &mut moments[row.start..end]);
         }
+        let rows: Vec<Row> = rows.into_iter().map(|(_, row)| row).collect();
         let mut counts: Vec<f64> = rows.iter().map(|row| row.count as f64).collect();
         counts.resize(sin.len(), BLOCK as f64);
         Self {
@@ -382,6 +392,12 @@ impl Columns {
                 first[node] = first[node].min(pixel);
                 entries[node].push((pixel, weights));
             },
+        );
+        // So a row that is continued by its taps on both sides is enough.
+        debug_assert!(
+            first
+                .iter()
+                .all(|&first| (-(taps as isize)..=shift as isize).contains(&first))
         );
         let mut weights = vec![[0.0; 4]; period * taps];
         for (node, entries) in entries.iter().enumerate() {
