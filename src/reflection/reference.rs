@@ -209,15 +209,12 @@ impl<'a> Integral<'a> {
             sum
         };
         let mean = |sum: &Sum| sum.value.iter().sum::<f64>() / 3.0;
-        // A rough value first, to know what the tolerance is relative to.
-        let rough = mean(&pieces(f64::INFINITY));
-        if rough == 0.0 {
-            return Ok(Reference {
-                value: [0.0; 3],
-                error: 0.0,
-            });
+        // Without halving first, to know what the tolerance is relative to; most often that is all.
+        let mut sum = pieces(f64::INFINITY);
+        let rough = mean(&sum);
+        if sum.error > tolerance * rough {
+            sum = pieces(tolerance * rough);
         }
-        let sum = pieces(tolerance * rough);
         let error = sum.error;
         if error > tolerance * mean(&sum) * 1.5 {
             return Err(Error::Tolerance {

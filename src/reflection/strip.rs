@@ -31,7 +31,7 @@ const PIXELS: f64 = 4.0;
 const GROWTH: f64 = 3.0;
 
 /// How many times as many lines and points finer sums have. Counts must differ: two sums on the same points agree whatever their error.
-const FINER: f64 = 1.0 / 0.7;
+pub(super) const FINER: f64 = 1.0 / 0.7;
 
 /// The longest step in azimuth, over the lobe's standard deviation there: Poisson's sum says 2·10⁻⁶.
 const STEP: f64 = 1.2;
@@ -80,8 +80,8 @@ impl Strip {
     }
 
     /// ∫ K (1 − s(c · `recip`)) L dω over the light above the horizon with t²/σ² ≤ `exponent`, s being the step of
-    /// [`Part`](super::kernel::Part), on more lines and points than the lobe itself and the map's pixels ask for, [`FINER`] times as many for each of `finer`, and one more part at
-    /// the least.
+    /// [`Part`](super::kernel::Part). Lines and points are as dense as the lobe itself asks for, and the map's pixels by `spacing`; [`FINER`] times as many for each of
+    /// `finer`, and one more at the least.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
         &self,
@@ -89,6 +89,7 @@ impl Strip {
         lobe: &LobeAt,
         exponent: f64,
         recip: f64,
+        spacing: f64,
         finer: u32,
     ) -> [f64; 3] {
         let sigma = lobe.sharpness.recip().sqrt();
@@ -109,17 +110,14 @@ impl Strip {
         if lowest >= highest {
             return [0.0; 3];
         }
+        let pixel = spacing * self.step;
         // Parts three times as far from −cos θ_o where they end as where they begin, as long as they are not too long.
-        let longest = (LONGEST * sigma).min(PIXELS * self.step);
+        let longest = (LONGEST * sigma).min(PIXELS * pixel);
         let bend = (longest / GROWTH.ln() - lobe.cosine).clamp(lowest, highest);
         let first = lowest + lobe.cosine;
         let growing = ((bend + lobe.cosine) / first).log(GROWTH);
         let all = growing + (highest - bend) / longest;
-        let more = |count: f64| {
-            let wanted = (count * FINER.powi(finer as i32)).max(count + f64::from(finer));
-            wanted.ceil() as usize
-        };
-        let parts = more(all.ceil());
+        let parts = more(all.ceil(), finer);
         let end_of = |part: usize| {
             let at = all * part as f64 / parts as f64;
             if at < growing {
@@ -154,14 +152,14 @@ impl Strip {
                 let end = if end > -swing { end / swing } else { -1.0 };
                 let end = (0.5 * (1.0 - end)).sqrt() / (1.0 + (0.5 * (1.0 + end)).sqrt());
                 let deviation = sum_of_heights * sigma / (2.0 * swing).sqrt();
-                let step = 0.25 * (STEP * deviation).min(self.step / across);
+                let step = 0.25 * (STEP * deviation).min(pixel / across);
                 let blocks = (2.0 * end / (LANES as f64 * step)).ceil();
                 let line = Line {
                     up: height * lobe.normal,
                     forward: across * forward,
                     aside: across * aside,
                     end,
-                    blocks: more(blocks),
+                    blocks: more(blocks, finer),
                 };
                 let lobe = LineLobe::new(simd, shape, lobe, height, swing);
                 self.line(simd, &line, &lobe, weight, &mut sum);
@@ -270,6 +268,13 @@ impl Strip {
     }
 }
 
+/// How many of a whole number `count` there are on finer lines: each time at least one more.
+#[inline(always)]
+fn more(count: f64, finer: u32) -> usize {
+    let wanted = (count * FINER.powi(finer as i32)).max(count + f64::from(finer));
+    wanted.ceil() as usize
+}
+
 /// Directions of equal height, as they follow from the azimuth: `up` + cos a `forward` + sin a `aside`.
 struct Line {
     up: DVec3,
@@ -328,6 +333,19 @@ mod tests {
                 f64::from(lanes[3])
             });
             assert!((got - angle).abs() < 5e-7, "{angle}: {got}");
+        }
+    }
+
+    #[test]
+    fn counts_grow_each_time() {
+        for count in 1..200 {
+            for finer in 0..10 {
+                let count = f64::from(count);
+                assert!(
+                    more(count, finer) < more(count, finer + 1),
+                    "{count}, {finer}"
+                );
+            }
         }
     }
 
