@@ -30,7 +30,7 @@ const PIXELS: f64 = 4.0;
 /// How many times as far from −cos θ_o parts end as they begin.
 const GROWTH: f64 = 3.0;
 
-/// How many times as many lines and points finer sums have. Counts must differ: two sums on the same points agree whatever their error.
+/// How many times as many lines and points finer sums have.
 pub(super) const FINER: f64 = 1.0 / 0.7;
 
 /// The longest step in azimuth, over the lobe's standard deviation there: Poisson's sum says 2·10⁻⁶.
@@ -81,7 +81,7 @@ impl Strip {
 
     /// ∫ K (1 − s(c · `recip`)) L dω over the light above the horizon with t²/σ² ≤ `exponent`, s being the step of
     /// [`Part`](super::kernel::Part). Lines and points are as dense as the lobe itself asks for, and the map's pixels by `spacing`; [`FINER`] times as many for each of
-    /// `finer`, and one more at the least.
+    /// `finer`, and no two sums have the same: those would agree whatever their error.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
         &self,
@@ -126,6 +126,8 @@ impl Strip {
                 bend + longest * (at - growing)
             }
         };
+        // As many blocks as on coarser lines may do, but not with the same points.
+        let phase = [0.5, 0.0, 0.25, 0.75][finer as usize % 4];
         let mut low = lowest;
         for part in 1..=parts {
             let high = end_of(part);
@@ -153,13 +155,14 @@ impl Strip {
                 let end = (0.5 * (1.0 - end)).sqrt() / (1.0 + (0.5 * (1.0 + end)).sqrt());
                 let deviation = sum_of_heights * sigma / (2.0 * swing).sqrt();
                 let step = 0.25 * (STEP * deviation).min(pixel / across);
-                let blocks = (2.0 * end / (LANES as f64 * step)).ceil();
+                let points = 2.0 * end / step * FINER.powi(finer as i32);
                 let line = Line {
                     up: height * lobe.normal,
                     forward: across * forward,
                     aside: across * aside,
                     end,
-                    blocks: more(blocks, finer),
+                    blocks: (points / LANES as f64).ceil() as usize,
+                    phase,
                 };
                 let lobe = LineLobe::new(simd, shape, lobe, height, swing);
                 self.line(simd, &line, &lobe, weight, &mut sum);
@@ -184,7 +187,7 @@ impl Strip {
         let step = 2.0 * line.end / (LANES * line.blocks) as f64;
         let mut lanes = [0.0; LANES];
         for (lane, value) in lanes.iter_mut().enumerate() {
-            *value = ((lane as f64 + 0.5) * step) as f32;
+            *value = ((lane as f64 + line.phase) * step) as f32;
         }
         let lanes = f32x16::from_slice(simd, &lanes);
         let scale = splat(1.0 / self.step);
@@ -268,7 +271,7 @@ impl Strip {
     }
 }
 
-/// How many of a whole number `count` there are on finer lines: each time at least one more.
+/// How many of a whole number `count` of parts there are for finer lines: each time at least one more.
 #[inline(always)]
 fn more(count: f64, finer: u32) -> usize {
     let wanted = (count * FINER.powi(finer as i32)).max(count + f64::from(finer));
@@ -282,8 +285,9 @@ struct Line {
     aside: DVec3,
     /// tan(a/4) where it ends, on both sides.
     end: f64,
-    /// Blocks of [`LANES`] points.
+    /// Blocks of [`LANES`] points, and how far the first point is from the end, over the step.
     blocks: usize,
+    phase: f64,
 }
 
 /// atan2 to 3·10⁻⁷: Abramowitz and Stegun 4.4.49 on the smaller over the larger.
