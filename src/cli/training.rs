@@ -72,8 +72,8 @@ fn place(
     Some(folder.join("lobes").join(name))
 }
 
-/// What stands first in a file; it changes with what is kept.
-const FORMAT: &[u8; 8] = b"lobes-t4";
+/// What stands first in a file; it changes with what is kept, and with the renderer that it is learned from.
+const FORMAT: &[u8; 8] = b"lobes-t5";
 
 /// Keeps the bytes if it can: without them the next run learns anew.
 fn keep(path: &std::path::Path, bytes: &[u8]) {

@@ -27,7 +27,7 @@ use crate::{Error, Parallelism, Result, vectors};
 pub struct Settings {
     /// Pixels a side.
     pub size: usize,
-    /// The largest error, from 10⁻⁵ to 0.1.
+    /// The largest error, from 10⁻⁵ to 0.1. How far it is kept: docs/rendering.md.
     pub tolerance: f64,
     /// 1 for what the pixels' centres see; n for the mean over n × n points of each pixel, those that miss the sphere
     /// left out.
