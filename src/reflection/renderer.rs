@@ -1,6 +1,7 @@
 //! The renderer: a map prepared once, and from it any material under any camera.
 
 use std::f64::consts::{PI, SQRT_2};
+use std::ops::Range;
 
 use fearless_simd::{Level as SimdLevel, dispatch, f32x16, f64x8};
 use glam::DVec3;
@@ -623,12 +624,7 @@ impl Renderer {
             let coarser = rung;
             rung = self.finer(rung);
             let lower = band * self.step(rung);
-            let part = Part::Band {
-                fine: 1.0 / lower,
-                coarse: 1.0 / height,
-            };
-            let region = at.band(reach, 0.0, height);
-            let between = self.on_grid(rung, light, at, &region, part).value;
+            let between = self.between(rung, light, at, reach, lower..height).value;
             height = lower;
             let finer = close(rung, height);
             let mut both = finer.value;
@@ -674,12 +670,7 @@ impl Renderer {
         {
             rung = self.finer(rung);
             let lower = band * self.step(rung);
-            let part = Part::Band {
-                fine: 1.0 / lower,
-                coarse: 1.0 / height,
-            };
-            let region = at.band(reach, 0.0, height);
-            let between = self.on_grid(rung, Light::WithoutLamps, at, &region, part);
+            let between = self.between(rung, Light::WithoutLamps, at, reach, lower..height);
             for channel in 0..3 {
                 sum.value[channel] += between.value[channel];
             }
@@ -693,6 +684,23 @@ impl Renderer {
         }
         sum.error += below.error;
         Some(sum)
+    }
+
+    /// What of a lobe is between about two heights.
+    fn between(
+        &self,
+        rung: usize,
+        light: Light,
+        at: &LobeSight,
+        reach: f64,
+        heights: Range<f64>,
+    ) -> Checked {
+        let part = Part::Band {
+            fine: 1.0 / heights.start,
+            coarse: 1.0 / heights.end,
+        };
+        let region = at.band(reach, 0.0, heights.end);
+        self.on_grid(rung, light, at, &region, part)
     }
 
     /// What of a lobe is above about a height, on the grid `base` or finer ones.
