@@ -205,12 +205,12 @@ fn what_cannot_be_answered_is_refused() {
 fn features_do_not_notice_a_roll() {
     use lobes::Parallelism::Sequential;
     use lobes::classify::MIRROR_PIXEL_SAMPLES;
-    use lobes::reflectance::{Variant, presets};
+    use lobes::reflectance::{Material, Variant};
     use lobes::reflection::{Renderer, Settings};
 
     let plan = ImageSpectrum::new(TOP_DEGREE, Continuation::Mirror).unwrap();
     let camera = Camera::orthographic(DVec3::Z, DVec3::Y).unwrap();
-    let chrome = presets().into_iter().find(|m| m.name().contains("chrome"));
+    let mirror = Material::metal("mirror", [1.0; 3], 1.0, 0.0).unwrap();
     for map in lobes::illumination::builtin().unwrap().iter().step_by(4) {
         let renderer = Renderer::new(map, Sequential).unwrap();
         let settings = Settings {
@@ -220,7 +220,7 @@ fn features_do_not_notice_a_roll() {
         let features = |camera: &Camera| {
             let image = renderer
                 .render(
-                    chrome.as_ref().unwrap(),
+                    &mirror,
                     Variant::RadianceSampled,
                     camera,
                     &settings,

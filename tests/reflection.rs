@@ -118,7 +118,7 @@ fn bad_settings_are_refused() {
 fn a_mirror_shows_the_map() {
     let map = varied(32, 50.0);
     let renderer = Renderer::new(&map, Parallelism::Sequential).unwrap();
-    let chrome = Material::metal("chrome", [1.0, 0.5, 0.25], 1.0, 0.0).unwrap();
+    let mirror = Material::metal("mirror", [1.0, 0.5, 0.25], 1.0, 0.0).unwrap();
     let camera = Camera::perspective(DVec3::new(0.2, 0.5, 1.0), DVec3::Y, 3.0).unwrap();
     let settings = Settings {
         size: 33,
@@ -126,7 +126,7 @@ fn a_mirror_shows_the_map() {
     };
     let rendering = renderer
         .render(
-            &chrome,
+            &mirror,
             Variant::Duer,
             &camera,
             &settings,
@@ -139,7 +139,7 @@ fn a_mirror_shows_the_map() {
         let Sight { normal, view } = camera.pixel(33, row, column).unwrap();
         let seen = map.radiance(2.0 * normal.dot(view) * normal - view);
         for channel in 0..3 {
-            let expected = seen[channel] * chrome.specular()[channel];
+            let expected = seen[channel] * mirror.specular()[channel];
             assert!((pixel[channel] - expected).abs() <= 1e-13 * (1.0 + expected));
         }
     }

@@ -107,7 +107,7 @@ fn a_set_that_was_killed_is_finished_with_the_same_bytes() {
         }
     }
     // What a kill in the middle of a file leaves.
-    let aside = broken.join("pmndrs-dawn/.copper-metal-000.exr-1-partial");
+    let aside = broken.join("pmndrs-dawn/.old-gold-000.exr-1-partial");
     fs::write(aside, b"half").unwrap();
     let mut errors = fs::read(broken.join("errors.jsonl")).unwrap();
     errors.extend(b"{\"file\": \"pmn");

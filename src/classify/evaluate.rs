@@ -1,6 +1,7 @@
 //! Leaving one illumination out at a time.
 
 use crate::classify::wilson;
+use crate::reflectance::Finish;
 use crate::{Parallelism, Result};
 
 /// Something that learns from labelled observations and scores the labels of others.
@@ -61,13 +62,17 @@ impl Evaluation {
         self.correct() as f64 / self.total().max(1) as f64
     }
 
-    /// How many were given their own label or another of its class, `classes[label]`.
+    /// How many were given a label of the right finish, `finishes[label]`: their own, or another of the same finish.
     ///
-    /// Materials whose pictures differ by the exposure only are one class to whoever does not know it.
-    pub fn correct_up_to(&self, classes: &[usize]) -> usize {
-        let class = |label: usize| classes.get(label).copied().unwrap_or(label);
+    /// A label beyond `finishes` has none, and only itself is right.
+    pub fn correct_finish(&self, finishes: &[Finish]) -> usize {
         let pairs = self.truth.iter().zip(&self.said);
-        pairs.filter(|(t, s)| class(**t) == class(**s)).count()
+        pairs
+            .filter(|&(&truth, &said)| {
+                let shared = finishes.get(truth).zip(finishes.get(said));
+                truth == said || shared.is_some_and(|(truth, said)| truth == said)
+            })
+            .count()
     }
 
     /// Wilson's 95 % interval of [`Self::accuracy`].

@@ -34,8 +34,8 @@ pub trait Expert: Sync {
 /// logarithm of the mean likelihood over them. Channels have one reflectance, one roughness and one spectrum, and a
 /// strength of light each, which is integrated out: the colour of the light is unknown.
 ///
-/// Suns and lamps, which are no draw from a Gaussian field, are lights of their own. Two limits. Materials whose pictures differ by exposure only, such as black and
-/// white matte plastic, have the same evidence, and no method tells them apart without the exposure. And a Gaussian field knows no light that is
+/// Suns and lamps, which are no draw from a Gaussian field, are lights of their own. Two limits. Materials whose pictures differ by exposure only, such as a grey
+/// and a white matte one, have the same evidence, and no method tells them apart without the exposure. And a Gaussian field knows no light that is
 /// negative: roughness is read well, how much a body adds to the gloss is not.
 #[derive(Debug, Clone)]
 pub struct EvidenceExpert {

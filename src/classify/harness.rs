@@ -1,5 +1,6 @@
 //! Any classifier under any protocol.
 
+use super::colour_ceiling::{ColourCeiling, colour_ceilings};
 use super::discriminant::Discriminant;
 use super::evaluate::{Evaluation, judge_leaving_one_out};
 use super::evidence::GaussianEvidence;
@@ -11,7 +12,7 @@ use super::protocol::{Dataset, Plan, Protocol, collect};
 use super::reading::{JudgedReading, Reader, Reading, chromaticity};
 use crate::illumination::EnvironmentMap;
 use crate::named::named;
-use crate::reflectance::Material;
+use crate::reflectance::{Finish, Material};
 use crate::{Error, Parallelism, Result};
 
 /// A way of naming the material, from features to name.
@@ -211,24 +212,17 @@ impl Harness {
         &self.dataset
     }
 
-    /// The class of each material: the first one whose pictures are the same but for what the protocol hides.
-    ///
-    /// Without the exposure, materials of one roughness whose albedos are the same multiple of another's cannot be told
-    /// apart by anyone.
-    pub fn classes(&self) -> Vec<usize> {
-        if self.protocol.knows_exposure() {
-            (0..self.materials.len()).collect()
-        } else {
-            classes_without_exposure(&self.materials)
-        }
+    /// The finish of each material.
+    pub fn finishes(&self) -> Vec<Finish> {
+        self.materials.iter().map(Material::finish).collect()
     }
 
-    /// How many pictures could be named right by chance-free means: one material of each of [`Self::classes`].
-    pub fn ceiling(&self) -> usize {
-        let mut classes = self.classes();
-        classes.sort_unstable();
-        classes.dedup();
-        classes.len() * self.dataset.illuminations.len()
+    /// How well the materials that differ in colour alone can be told apart at the best.
+    ///
+    /// # Errors
+    /// Those of [`colour_ceilings`].
+    pub fn colour_ceilings(&self) -> Result<Vec<ColourCeiling>> {
+        colour_ceilings(self.protocol, &self.dataset, &self.materials)
     }
 
     /// Makes what `methods` need beyond the readings.
@@ -382,38 +376,6 @@ impl Harness {
         }
         features
     }
-}
-
-/// The class of each material: the first one whose pictures differ by their exposure only, by which no one can tell them apart who does
-/// not know it.
-///
-/// Those are materials of one roughness whose albedos are the same multiple of the other's.
-pub fn classes_without_exposure(materials: &[Material]) -> Vec<usize> {
-    let same = |a: &Material, b: &Material| {
-        let numbers = |m: &Material| {
-            let [x, y, z] = m.diffuse();
-            let [u, v, w] = m.specular();
-            [x, y, z, u, v, w]
-        };
-        let (p, q) = (numbers(a), numbers(b));
-        let (norm_p, norm_q) = (norm(&p), norm(&q));
-        let proportional = p
-            .iter()
-            .zip(&q)
-            .all(|(x, y)| (x * norm_q - y * norm_p).abs() < 1e-12 * norm_p * norm_q);
-        proportional && (a.is_matte() || a.roughness() == b.roughness())
-    };
-    (0..materials.len())
-        .map(|i| {
-            (0..i)
-                .find(|&j| same(&materials[j], &materials[i]))
-                .unwrap_or(i)
-        })
-        .collect()
-}
-
-fn norm(numbers: &[f64]) -> f64 {
-    numbers.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 fn judged_reading(reading: &Reading) -> Result<&JudgedReading> {

@@ -7,6 +7,7 @@
 )]
 
 mod bright_lights;
+mod colour_ceiling;
 mod continuous;
 #[cfg(feature = "files")]
 mod development;
@@ -32,6 +33,7 @@ mod smooth_operator;
 mod training;
 
 pub use bright_lights::BrightLights;
+pub use colour_ceiling::{ColourCeiling, best_share, colour_ceilings};
 pub use continuous::{
     Calibration, JudgedPosteriors, LearnedPosterior, PosteriorModel, RandomReflectances,
     Reflectance, Sample, collect_random,
@@ -42,7 +44,7 @@ pub use evaluate::{
 };
 pub use evidence::{Evidence, GaussianEvidence, natural_spectrum};
 pub use experts::{ColourExpert, EvidenceExpert, Expert, LogRadianceExpert, Stack, light_spectrum};
-pub use harness::{Harness, Method, classes_without_exposure};
+pub use harness::{Harness, Method};
 pub use interval::{mcnemar, wilson};
 pub use model::{Model, SphereFeatures, Training, Verdict};
 pub use nearest::{NearestNeighbour, Scaling};

@@ -121,7 +121,7 @@ Examples:
   lobes reproduce
   lobes reproduce --illuminations probes --mapping angular-map --out report-of-probes
   lobes reproduce --protocol blind --classifier paper --classifier combined
-  lobes reproduce --materials data/materials/without-copper.toml --lobe ward1992")]
+  lobes reproduce --materials data/materials/other-first.toml --lobe ward1992")]
 pub(super) struct Reproduce {
     #[command(flatten)]
     pub(super) lights: Lights,
@@ -183,7 +183,7 @@ pub(super) struct Spectrum {
 #[command(after_help = "\
 Examples:
   lobes render --light blender-city
-  lobes render --light sky.hdr --material \"chrome metal\" --size 512 --out chrome
+  lobes render --light sky.hdr --material \"old gold\" --size 512 --out gold
   lobes render --light blender-city --elevation 45 --distance 4
   lobes render --set spheres.toml --out spheres")]
 pub(super) struct Render {

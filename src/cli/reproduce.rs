@@ -9,18 +9,19 @@ use crate::classify::{
     Calibration, Dataset, Evaluation, EvidenceReader, EvidenceReading, Harness, JudgedPosteriors,
     JudgedReading, LearnedPosterior, LogReader, Method, NearestNeighbour, Observation, Plan,
     Posterior, Protocol, RandomReflectances, Reader, Reading, ReflectanceGrid, Sample, Scaling,
-    TrainingPlan, collect_random, leave_one_illumination_out, mcnemar,
+    TrainingPlan, best_share, collect_random, leave_one_illumination_out, mcnemar,
 };
 use crate::cli::arguments::{Protocols, Reproduce};
 use crate::cli::output::{OutputFolder, write_file};
 use crate::cli::{console, lights, materials, progress, spectrum, training, trial};
-use crate::features::{Continuation, TOP_DEGREE};
+use crate::features::TOP_DEGREE;
 use crate::files::{self, Precision, encode_exr};
 use crate::illumination::EnvironmentMap;
-use crate::reflectance::{Material, Variant};
+use crate::reflectance::{Finish, Material, Variant};
 use crate::reflection::{Settings, SphereImage};
 use crate::report::{
-    AccuracyFile, AccuracyRow, Comparison, ContinuousRow, FilesRow, NamedConfusion, calibration,
+    AccuracyFile, AccuracyRow, BestRow, CeilingRow, Comparison, ContinuousRow, FilesRow,
+    NamedConfusion, calibration,
 };
 use crate::{Error, Parallelism, Result};
 
@@ -110,13 +111,13 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
             ..plan
         };
         let harness = render(Protocol::Paper, &maps, &materials, &plan, options.seed)?;
-        for (place, &behind) in Reader::CONTINUATIONS.iter().enumerate() {
+        for place in 0..Reader::CONTINUATIONS.len() {
             let chosen = place == continuation && first.is_none();
             rows.extend(nearest_neighbour(
                 harness.dataset(),
+                &materials,
                 place,
                 lobe,
-                behind,
                 chosen,
             )?);
         }
@@ -156,6 +157,11 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
     if !beyond.rows.is_empty() {
         console::answer(format!("\n{}", beyond.table()));
     }
+    if !beyond.ceilings.is_empty() {
+        let rows = beyond.ceiling_rows().into_iter();
+        let table = plain_table(&Beyond::CEILING_HEADINGS, rows);
+        console::answer(format!("\n{table}"));
+    }
     if !beyond.continuous.is_empty() {
         console::answer(format!("\n{}", beyond.continuous_table()));
     }
@@ -173,6 +179,8 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
             .map(|row| row.row.clone())
             .collect(),
         comparisons: beyond.comparisons.clone(),
+        ceilings: beyond.ceilings.clone(),
+        best: beyond.best.clone(),
         continuous: beyond.continuous.clone(),
         files: beyond.files.clone(),
     };
@@ -249,6 +257,8 @@ fn render(
 struct Beyond {
     rows: Vec<Row>,
     comparisons: Vec<Comparison>,
+    ceilings: Vec<CeilingRow>,
+    best: Vec<BestRow>,
     continuous: Vec<ContinuousRow>,
     files: Vec<FilesRow>,
 }
@@ -259,7 +269,7 @@ impl Beyond {
         "read#",
         "circle off by, of the radius#",
         "correct#",
-        "told apart#",
+        "finish right#",
         "\"none of these\" likeliest#",
     ];
 
@@ -276,8 +286,8 @@ impl Beyond {
             format!("{}/{}", row.correct, row.total),
             format!(
                 "{} ({:.1} %)",
-                row.told_apart,
-                100.0 * row.told_apart as f64 / row.total.max(1) as f64
+                row.finish,
+                100.0 * row.finish as f64 / row.total.max(1) as f64
             ),
             row.strange.to_string(),
         ]
@@ -396,7 +406,7 @@ impl Beyond {
 
     fn add(&mut self, harness: &Harness, methods: &[Method]) -> Result<()> {
         let data = harness.dataset();
-        let classes = harness.classes();
+        let finishes = harness.finishes();
         let bar = progress::bar(methods.len(), harness.protocol().name());
         let mut evaluations: Vec<(Method, Evaluation)> = Vec::new();
         for &method in methods {
@@ -426,20 +436,18 @@ impl Beyond {
                 });
             }
         }
+        if let Some((_, best)) = best {
+            self.add_ceilings(harness, best)?;
+        }
         for (method, evaluation) in evaluations {
-            let mut row = AccuracyRow::new(
-                harness.protocol().name(),
-                method.name(),
-                "-",
-                "-",
-                "-",
-                &evaluation,
-                named_confusions(data, &evaluation),
-            );
-            row.told_apart = evaluation.correct_up_to(&classes);
-            row.ceiling = harness.ceiling();
             self.rows.push(Row {
-                row,
+                row: AccuracyRow::new(
+                    harness.protocol().name(),
+                    method.name(),
+                    &evaluation,
+                    &finishes,
+                    named_confusions(data, &evaluation),
+                ),
                 evaluation,
                 chosen: method == Method::Combined,
             });
@@ -447,14 +455,82 @@ impl Beyond {
         Ok(())
     }
 
-    const HEADINGS: [&'static str; 8] = [
+    /// What colour allows, beside how often the combined classifier mixed up two materials that differ in colour alone.
+    fn add_ceilings(&mut self, harness: &Harness, combined: &Evaluation) -> Result<()> {
+        let data = harness.dataset();
+        let ceilings = match harness.colour_ceilings() {
+            Ok(ceilings) => ceilings,
+            // So few maps that their spread is unknown.
+            Err(Error::Unanswerable(why)) => {
+                console::note(why);
+                return Ok(());
+            }
+            Err(error) => return Err(error),
+        };
+        let protocol = harness.protocol().name();
+        let matrix = combined.confusion_matrix();
+        for ceiling in &ceilings {
+            let (first, second) = (ceiling.first, ceiling.second);
+            self.ceilings.push(CeilingRow {
+                protocol: protocol.into(),
+                first: data.materials[first].clone(),
+                second: data.materials[second].clone(),
+                pictures: matrix[first].iter().chain(&matrix[second]).sum(),
+                rate: ceiling.rate,
+                ci95: [ceiling.interval.0, ceiling.interval.1],
+                confused: matrix[first][second] + matrix[second][first],
+            });
+        }
+        let total = combined.total();
+        self.best.push(BestRow {
+            protocol: protocol.into(),
+            total,
+            best: best_share(&ceilings, data.materials.len()).map(|share| share * total as f64),
+        });
+        Ok(())
+    }
+
+    pub(super) const CEILING_HEADINGS: [&'static str; 5] = [
+        "protocol",
+        "differ in colour alone",
+        "told apart by colour, at the best#",
+        "95 % interval#",
+        "mixed up by the combined classifier#",
+    ];
+
+    pub(super) fn ceiling_rows(&self) -> Vec<Vec<String>> {
+        let pairs = self.ceilings.iter().map(|row| {
+            vec![
+                row.protocol.clone(),
+                format!("{} and {}", row.first, row.second),
+                format!("{:.1} %", 100.0 * row.rate),
+                format!("{:.1} – {:.1}", 100.0 * row.ci95[0], 100.0 * row.ci95[1]),
+                format!("{}/{}", row.confused, row.pictures),
+            ]
+        });
+        let best = self.best.iter().map(|row| {
+            let [best, low, high] = row.best;
+            vec![
+                row.protocol.clone(),
+                "all pictures, if nothing else is mixed up".into(),
+                format!("{best:.1} of {}", row.total),
+                format!("{low:.1} – {high:.1}"),
+                "–".into(),
+            ]
+        });
+        let mut rows: Vec<Vec<String>> = pairs.chain(best).collect();
+        let order = |name: &str| Protocol::ALL.iter().position(|p| p.name() == name);
+        rows.sort_by_key(|row| order(&row[0]));
+        rows
+    }
+
+    const HEADINGS: [&'static str; 7] = [
         "protocol",
         "classifier",
         "correct#",
         "accuracy#",
         "95 % interval#",
-        "of at most#",
-        "told apart#",
+        "finish right#",
         "p against combined#",
     ];
 
@@ -469,11 +545,10 @@ impl Beyond {
             format!("{}/{}", row.correct, row.total),
             format!("{:.1} %", 100.0 * row.accuracy),
             format!("{:.1} – {:.1}", 100.0 * row.ci95[0], 100.0 * row.ci95[1]),
-            row.ceiling.to_string(),
             format!(
                 "{} ({:.1} %)",
-                row.told_apart,
-                100.0 * row.told_apart as f64 / row.total.max(1) as f64
+                row.finish,
+                100.0 * row.finish as f64 / row.total.max(1) as f64
             ),
             comparison.map_or_else(|| "–".into(), |c| format!("{:.2}", c.p)),
         ]
@@ -491,6 +566,10 @@ impl Beyond {
         let mut text = markdown_table(&Self::HEADINGS, rows)
             .trim_start()
             .to_owned();
+        if !self.ceilings.is_empty() {
+            let rows = self.ceiling_rows().into_iter();
+            text.push_str(&markdown_table(&Self::CEILING_HEADINGS, rows));
+        }
         if !self.files.is_empty() {
             let rows = self.files.iter().map(Self::files_columns);
             text.push_str(&markdown_table(&Self::FILES_HEADINGS, rows));
@@ -553,9 +632,9 @@ fn named_confusions<T>(data: &Dataset<T>, evaluation: &Evaluation) -> Vec<NamedC
 /// The rows of every scaling.
 fn nearest_neighbour(
     data: &Dataset<Reading>,
+    materials: &[Material],
     continuation: usize,
     lobe: Variant,
-    behind: Continuation,
     chosen: bool,
 ) -> Result<Vec<Row>> {
     let shown = shown(data);
@@ -567,20 +646,24 @@ fn nearest_neighbour(
     let groups: Vec<usize> = shown.iter().map(|s| s.observation.illumination).collect();
     let judged = data.judged();
     let count = data.materials.len();
-    let row = |scaling| {
+    let finishes: Vec<Finish> = materials.iter().map(Material::finish).collect();
+    let row = |scaling: Scaling| {
         let classifier = NearestNeighbour::new(scaling, &arrays, &labels, count)?;
         let mut evaluation =
             leave_one_illumination_out(&classifier, &labels, &groups, count, Parallelism::Rayon)?;
         evaluation.observations.clone_from(&judged);
-        let row = AccuracyRow::new(
-            "paper",
-            "nearest-neighbour",
-            scaling.name(),
-            behind.name(),
-            lobe.name(),
-            &evaluation,
-            named_confusions(data, &evaluation),
-        );
+        let row = AccuracyRow {
+            scaling: scaling.name().into(),
+            continuation: Reader::CONTINUATIONS[continuation].name().into(),
+            lobe: lobe.name().into(),
+            ..AccuracyRow::new(
+                "paper",
+                "nearest-neighbour",
+                &evaluation,
+                &finishes,
+                named_confusions(data, &evaluation),
+            )
+        };
         Ok(Row {
             row,
             evaluation,
@@ -627,10 +710,11 @@ fn columns(row: &AccuracyRow) -> Vec<String> {
         format!("{}/{}", row.correct, row.total),
         format!("{:.1} %", 100.0 * row.accuracy),
         format!("{:.1} – {:.1}", 100.0 * row.ci95[0], 100.0 * row.ci95[1]),
+        row.finish.to_string(),
     ]
 }
 
-const HEADINGS: [&str; 8] = [
+const HEADINGS: [&str; 9] = [
     "protocol",
     "classifier",
     "scaling",
@@ -639,6 +723,7 @@ const HEADINGS: [&str; 8] = [
     "correct#",
     "accuracy#",
     "95 % interval#",
+    "finish right#",
 ];
 
 /// The rows of the paper itself, in the same columns.

@@ -8,9 +8,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::classify::{
-    Circle, Model, Picture, Plan, SphereFeatures, Training, View, classes_without_exposure, collect,
-};
+use crate::classify::{Circle, Model, Picture, Plan, SphereFeatures, Training, View, collect};
 use crate::cli::progress;
 use crate::cli::reproduce::sphere_exr;
 use crate::files::srgb_of_linear;
@@ -53,7 +51,6 @@ pub(super) fn run(
     // What is left of it harms nobody.
     let _ = std::fs::remove_dir_all(&folder);
     let outcomes = outcomes?;
-    let classes = classes_without_exposure(materials);
     let bar = progress::bar(maps.len(), "files");
     let folds = Parallelism::Rayon.map(maps.len(), |left_out| {
         let seen: Vec<bool> = (0..maps.len()).map(|i| i != left_out).collect();
@@ -73,7 +70,8 @@ pub(super) fn run(
                 .max_by(|&a, &b| verdict.probabilities[a].total_cmp(&verdict.probabilities[b]));
             if let Some(said) = best {
                 row.correct += usize::from(said == *material);
-                row.told_apart += usize::from(classes[said] == classes[*material]);
+                row.finish +=
+                    usize::from(materials[said].finish() == materials[*material].finish());
             }
             row.strange += usize::from(verdict.material().is_none());
         }
@@ -90,7 +88,7 @@ pub(super) fn run(
             row.total += part.total;
             row.read += part.read;
             row.correct += part.correct;
-            row.told_apart += part.told_apart;
+            row.finish += part.finish;
             row.strange += part.strange;
             row.circle_errors.extend(part.circle_errors);
         }

@@ -25,7 +25,7 @@ const FAINTEST: f64 = 1e-3;
 ///
 /// Take the picture I for a mirror's: then it shows light from nearly everywhere, and a matte white sphere in that light would show E(n)/π, E the
 /// irradiance from the I that each direction is mirrored in. Of a sphere of albedos ρ_d and ρ_s that mirrors, I = ρ_d E_L/π + ρ_s L, the darkest
-/// I/(E/π) is ρ_d/(ρ_d + ρ_s), or a little more, wherever there is a place to mirror that is dark: a plastic has a floor, chrome has none. Exposure
+/// I/(E/π) is ρ_d/(ρ_d + ρ_s), or a little more, wherever there is a place to mirror that is dark: a plastic has a floor, a mirror has none. Exposure
 /// and the strength of the light cancel. The ratio is taken of luminance and, for the colour of the floor, of red and of blue.
 ///
 /// Features: ln of nine percentiles of the luminance's ratio; the correlation of ln I with ln E over the picture, and the slope of that regression;
@@ -239,11 +239,11 @@ mod tests {
     fn the_light_that_a_mirror_shows_makes_the_matte_sphere() {
         let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32).expect("it has rings");
         let plan = MirroredLight::new(&layout).expect("it has orders enough");
-        let chrome = Material::from_albedos("chrome", [0.0; 3], [1.0; 3], 0.0)
+        let mirror = Material::from_albedos("mirror", [0.0; 3], [1.0; 3], 0.0)
             .expect("the albedos are allowed");
-        let chrome = Unwrapped::new(&picture(&chrome), &layout).expect("it is large");
+        let mirror = Unwrapped::new(&picture(&mirror), &layout).expect("it is large");
         let white = Unwrapped::new(&picture(&Material::white()), &layout).expect("it is large");
-        let matte = plan.matte(&chrome, |rgb| rgb).expect("it is not black");
+        let matte = plan.matte(&mirror, |rgb| rgb).expect("it is not black");
         let mean = white.mean()[1];
         for (index, white) in white.values().iter().enumerate() {
             for (matte, white) in matte.iter().zip(white) {
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plastic_has_a_floor_and_chrome_has_none() {
+    fn a_plastic_has_a_floor_and_a_mirror_has_none() {
         let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32).expect("it has rings");
         let plan = MirroredLight::new(&layout).expect("it has orders enough");
         let darkest = |diffuse: f64, specular: f64| {

@@ -5,6 +5,7 @@
 
 pub mod approximation;
 mod batch;
+mod finish;
 pub mod fit;
 mod gauss;
 mod hemisphere;
@@ -18,6 +19,7 @@ mod turn;
 mod ward;
 mod zonal;
 
+pub use finish::Finish;
 pub use isotropic::{IsotropicCoefficients, MAX_ISOTROPIC_DEGREE};
 pub use material::{Material, Roughness, presets, presets_as_albedos};
 pub use ward::{HORIZON, MIN_SIGMA, Sample, Variant, Ward};

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::classify::Evaluation;
+use crate::reflectance::Finish;
 
 /// One observation that was named wrong.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,10 +37,8 @@ pub struct AccuracyRow {
     pub accuracy: f64,
     /// Wilson's 95 % interval.
     pub ci95: [f64; 2],
-    /// How many were given their own material or one whose pictures are the same but for the unknown exposure.
-    pub told_apart: usize,
-    /// How many anyone could have named right: one material of each such class.
-    pub ceiling: usize,
+    /// How many were given a material of the right finish.
+    pub finish: usize,
     /// Those that were named wrong.
     pub confusions: Vec<NamedConfusion>,
 }
@@ -62,32 +61,59 @@ pub struct Comparison {
 }
 
 impl AccuracyRow {
-    /// The row of one evaluation.
+    /// The row of one evaluation by a classifier that has no scaling, continuation or lobe to its name.
     pub fn new(
         protocol: &str,
         classifier: &str,
-        scaling: &str,
-        continuation: &str,
-        lobe: &str,
         evaluation: &Evaluation,
+        finishes: &[Finish],
         confusions: Vec<NamedConfusion>,
     ) -> Self {
         let (low, high) = evaluation.interval();
         Self {
             protocol: protocol.to_owned(),
             classifier: classifier.to_owned(),
-            scaling: scaling.to_owned(),
-            continuation: continuation.to_owned(),
-            lobe: lobe.to_owned(),
+            scaling: "-".to_owned(),
+            continuation: "-".to_owned(),
+            lobe: "-".to_owned(),
             correct: evaluation.correct(),
             total: evaluation.total(),
             accuracy: evaluation.accuracy(),
             ci95: [low, high],
-            told_apart: evaluation.correct(),
-            ceiling: evaluation.total(),
+            finish: evaluation.correct_finish(finishes),
             confusions,
         }
     }
+}
+
+/// How well two materials that differ in colour alone can be told apart at the best, and how often they were not.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CeilingRow {
+    /// Which pictures.
+    pub protocol: String,
+    /// The one material.
+    pub first: String,
+    /// The other.
+    pub second: String,
+    /// How many pictures of the two there are.
+    pub pictures: usize,
+    /// The share of them that is named right at the best, by the colour of the light alone.
+    pub rate: f64,
+    /// The 95 % interval of the rate.
+    pub ci95: [f64; 2],
+    /// How many of them the combined classifier gave the other's name.
+    pub confused: usize,
+}
+
+/// How many pictures of a protocol could be named right by whoever fails at nothing but at colours.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BestRow {
+    /// Which pictures.
+    pub protocol: String,
+    /// How many.
+    pub total: usize,
+    /// How many of them are right, and the ends of the 95 % interval.
+    pub best: [f64; 3],
 }
 
 /// How well the reflectance was read off pictures of random ones.
@@ -116,8 +142,8 @@ pub struct FilesRow {
     pub read: usize,
     /// How many were named right.
     pub correct: usize,
-    /// How many were given their own material or one whose pictures are the same but for the unknown exposure.
-    pub told_apart: usize,
+    /// How many were given a material of the right finish.
+    pub finish: usize,
     /// How many were more likely none of the materials than any one of them.
     pub strange: usize,
     /// How far each circle was off, in radii of the sphere: the centre or the radius, whichever is more. Rising.
@@ -136,6 +162,12 @@ pub struct AccuracyFile {
     pub rows: Vec<AccuracyRow>,
     /// Every classifier against the combined one.
     pub comparisons: Vec<Comparison>,
+    /// What the colour of the light allows, for each pair of materials that differ in colour alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ceilings: Vec<CeilingRow>,
+    /// The same for all pictures of each protocol.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub best: Vec<BestRow>,
     /// The protocol `continuous`, where it was asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub continuous: Vec<ContinuousRow>,

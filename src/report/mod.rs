@@ -12,7 +12,8 @@ mod plot;
 mod png;
 
 pub use accuracy::{
-    AccuracyFile, AccuracyRow, Comparison, ContinuousRow, FilesRow, NamedConfusion,
+    AccuracyFile, AccuracyRow, BestRow, CeilingRow, Comparison, ContinuousRow, FilesRow,
+    NamedConfusion,
 };
 pub use figures::{calibration, confusion_matrix, feature_plane, light_spectra, posterior_map};
 pub use page::{Figure, Page};

@@ -89,10 +89,9 @@ pub(super) fn write_page(
     if !beyond.rows.is_empty() {
         page.heading("Beyond the paper: every classifier under every protocol");
         page.paragraph(
-            "Without a white sphere the exposure is unknown, and materials whose pictures differ by it alone cannot be told \
-             apart: “of at most” is what anyone could name right, “told apart” counts a picture as right when its material or \
-             one with the same picture was named. p is McNemar's exact test against the combined classifier. docs/inference.md \
-             explains the classifiers.",
+            "“Finish right” counts a picture whose material was taken for another of the same finish (matte, glossy plastic, \
+             rough metal, smooth metal) too: the colour of a body and that of the light cannot be told apart without a highlight. p is McNemar's \
+             exact test against the combined classifier. docs/inference.md explains the classifiers.",
         );
         let table: Vec<(&str, Vec<String>)> = beyond
             .rows
@@ -103,6 +102,15 @@ pub(super) fn write_page(
             })
             .collect();
         page.table(&Beyond::HEADINGS, &table);
+        if !beyond.ceilings.is_empty() {
+            page.paragraph(
+                "How good can anyone be? From the spread of the colours of these maps: how often the best rule tells two \
+                 materials apart that differ in colour alone, and how many pictures are right if nothing else is mixed up.",
+            );
+            let rows = beyond.ceiling_rows().into_iter();
+            let table: Vec<(&str, Vec<String>)> = rows.map(|row| ("", row)).collect();
+            page.table(&Beyond::CEILING_HEADINGS, &table);
+        }
         let mut pictures = Vec::new();
         for row in beyond.rows.iter().filter(|row| row.chosen) {
             let path = format!("figures/confusion-{}.svg", row.row.protocol);
