@@ -490,7 +490,7 @@ impl Beyond {
         Ok(())
     }
 
-    pub(super) const CEILING_HEADINGS: [&'static str; 5] = [
+    const CEILING_HEADINGS: [&'static str; 5] = [
         "protocol",
         "differ in colour alone",
         "told apart by colour, at the best#",
@@ -498,7 +498,7 @@ impl Beyond {
         "mixed up by the combined classifier#",
     ];
 
-    pub(super) fn ceiling_rows(&self) -> Vec<Vec<String>> {
+    fn ceiling_rows(&self) -> Vec<Vec<String>> {
         let pairs = self.ceilings.iter().map(|row| {
             vec![
                 row.protocol.clone(),
