@@ -18,6 +18,7 @@ use fearless_simd::{Level, f64x8};
 use super::simd::wide;
 use crate::sphere::Grid;
 use crate::sphere::double_double::DoubleDouble;
+use crate::vectors;
 
 /// How many rings of one hemisphere go side by side.
 pub(crate) const LANES: usize = 8;
@@ -94,7 +95,7 @@ pub(crate) struct Recurrence {
 impl Recurrence {
     pub(crate) fn new(grid: &Grid, degree: usize, orders: usize, level: Level) -> Self {
         // Eight registers of sums for each octet: AVX-512 holds four octets, less holds one.
-        let width = if level.as_avx512().is_some() { 4 } else { 1 };
+        let width = if vectors::hold_eight(level) { 4 } else { 1 };
         let (octets, sines, blocks) = octets(grid, width);
         let count: usize = (0..=orders).map(|m| padded_steps(degree, m)).sum();
         let mut recurrence = Self {
