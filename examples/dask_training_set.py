@@ -20,10 +20,11 @@ import sys
 import time
 
 import lobes
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 
-VARIANT = "ward1992"
+VARIANT = "sampled"
 
 
 @functools.cache
@@ -52,7 +53,7 @@ def render_partition(out, partition, size, tolerance):
     light, azimuth, elevation = partition
     rows = []
     for material in lobes.presets():
-        image, error = renderer(light).render(
+        rendering = renderer(light).render(
             material, VARIANT, camera=camera(azimuth, elevation), size=size, tolerance=tolerance, threads=False
         )
         rows.append(
@@ -64,9 +65,9 @@ def render_partition(out, partition, size, tolerance):
                 "diffuse": list(material.diffuse),
                 "specular": list(material.specular),
                 "sigma": material.sigma,
-                "error": error,
-                **dict(zip(lobes.FEATURE_NAMES, map(float, lobes.features(image)))),
-                "image": image.astype("float32").ravel(),
+                "error": rendering.error,
+                **dict(zip(lobes.FEATURE_NAMES, map(float, lobes.features(rendering)))),
+                "image": np.where(rendering.mask[..., None], rendering.pixels, np.nan).astype("float32").ravel(),
             }
         )
     schema = pa.schema(

@@ -33,11 +33,13 @@ pub mod report;
 #[cfg(feature = "cli")]
 pub mod cli;
 
+mod cancellation;
 mod error;
 mod named;
 mod parallelism;
 mod vectors;
 
+pub use cancellation::Cancellation;
 pub use error::{Error, Result};
 pub use glam;
 pub use parallelism::Parallelism;

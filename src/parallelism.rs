@@ -1,5 +1,7 @@
 //! Parallelism as a value that the caller passes.
 
+use crate::cancellation::cancellable;
+
 /// How many threads an operation may use.
 ///
 /// The result does not depend on it: work is divided by index, never by who comes first, and every
@@ -33,8 +35,10 @@ impl Parallelism {
         }
     }
 
-    /// `(0..count).map(f)`, in order, on as many threads as allowed.
+    /// `(0..count).map(f)`, in order, on as many threads as allowed. A [`Cancellation`](crate::Cancellation) stops it between two
+    /// calls of `f`.
     pub fn map<T: Send>(self, count: usize, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+        let f = cancellable(f);
         match self {
             #[cfg(feature = "parallel")]
             Self::Rayon => {

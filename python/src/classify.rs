@@ -1,83 +1,225 @@
 //! The reading of one picture.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use lobes::classify::{self, Circle, Dataset, Observation, Reflectance, Sample, TrainingPlan};
 use lobes::reflectance::Variant;
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
-use crate::harmonics::contiguous;
+use crate::arrays::{Pixels, check_finite, doubles, numbers, shape_name, shaped, type_name};
 use crate::illumination::EnvironmentMap;
 use crate::reflectance::Material;
-use crate::{error, parallelism};
+use crate::{error, interrupt, is_record, parallelism, record};
+
+/// The most cameras for each light: more are not told apart.
+const MOST_CAMERAS: usize = 4096;
 
 /// A picture that a sphere is in.
-#[pyclass(frozen, module = "lobes")]
-pub(crate) struct Picture(classify::Picture);
+#[pyclass(frozen, eq, module = "lobes")]
+#[derive(PartialEq)]
+pub(crate) struct Picture(Arc<classify::Picture>);
 
-/// The pixels of an array (rows, columns, 3), with its rows and columns.
-fn pixels_of(array: &Bound<'_, PyArrayDyn<f64>>) -> PyResult<(usize, usize, Vec<[f64; 3]>)> {
-    let array = contiguous(array)?;
-    match *array.shape() {
-        [rows, columns, 3] => Ok((rows, columns, array.as_slice()?.as_chunks().0.to_vec())),
-        ref other => Err(PyValueError::new_err(format!(
-            "the picture has the shape {other:?}, which is not (rows, columns, 3)"
+/// The values of a mask (rows, columns) on [0, 1].
+pub(crate) fn mask_of(
+    mask: Option<&Bound<'_, PyAny>>,
+    rows: usize,
+    columns: usize,
+) -> PyResult<Option<Vec<f64>>> {
+    let Some(mask) = mask else {
+        return Ok(None);
+    };
+    let scale = if type_name(mask)? == "uint8" {
+        255.0
+    } else {
+        1.0
+    };
+    let mask = doubles(mask, "the mask")?;
+    if mask.shape() != [rows, columns] {
+        return Err(PyValueError::new_err(format!(
+            "the mask has the shape {}, which is not that of the picture, ({rows}, {columns})",
+            shape_name(mask.shape())
+        )));
+    }
+    let values: Vec<_> = mask.as_slice()?.iter().map(|value| value / scale).collect();
+    match values.iter().find(|value| !(0.0..=1.0).contains(*value)) {
+        None => Ok(Some(values)),
+        Some(value) => Err(PyValueError::new_err(format!(
+            "the mask holds {value}, which is not in [0, 1]"
         ))),
     }
 }
 
 #[pymethods]
 impl Picture {
-    /// Of linear radiance, (rows, columns, 3), or of sRGB codes on [0, 1] where `encoded` says so.
+    /// Of linear radiance (rows, columns, 3), or of sRGB codes: uint8, uint16, or numbers on [0, 1] where `encoded` says so.
     ///
-    /// A mask, (rows, columns) on [0, 1], tells which pixels are of the sphere; a focal length in pixels, how far the camera is.
+    /// A mask (rows, columns), of booleans, uint8 or numbers on [0, 1], tells which pixels are of the sphere: what the others hold does not
+    /// matter. A focal length in pixels tells how far the camera is. A `Rendering` brings its mask with it.
     #[new]
-    #[pyo3(signature = (pixels, encoded=false, mask=None, focal_length=None))]
+    #[pyo3(signature = (pixels, encoded=None, mask=None, focal_length=None))]
     fn new(
-        pixels: &Bound<'_, PyArrayDyn<f64>>,
-        encoded: bool,
-        mask: Option<&Bound<'_, PyArrayDyn<f64>>>,
+        pixels: &Bound<'_, PyAny>,
+        encoded: Option<bool>,
+        mask: Option<&Bound<'_, PyAny>>,
         focal_length: Option<f64>,
     ) -> PyResult<Self> {
-        let (rows, columns, pixels) = pixels_of(pixels)?;
-        let mut picture = if encoded {
-            classify::Picture::encoded(columns, rows, pixels)
+        let own = if is_record(pixels, "Rendering")? {
+            Some(pixels.getattr("mask")?)
         } else {
-            classify::Picture::linear(columns, rows, pixels)
+            None
+        };
+        let name = type_name(pixels)?;
+        let scale = match name.as_str() {
+            "uint8" => Some(255.0),
+            "uint16" => Some(65_535.0),
+            _ => None,
+        };
+        let encoded = encoded.unwrap_or(scale.is_some());
+        let Pixels {
+            rows,
+            columns,
+            mut values,
+        } = Pixels::of(pixels, "the picture")?;
+        let mask = mask_of(mask.or(own.as_ref()), rows, columns)?;
+        if let Some(mask) = &mask {
+            for (pixel, part) in values.iter_mut().zip(mask) {
+                if *part == 0.0 {
+                    *pixel = [0.0; 3];
+                }
+            }
+        }
+        check_finite(values.as_flattened(), "the picture")?;
+        let mut picture = if encoded {
+            let scale = scale.unwrap_or(1.0);
+            let codes: Vec<_> = values.iter().map(|rgb| rgb.map(|code| code / scale)).collect();
+            let wrong = |value: &&f64| !(0.0..=1.0).contains(*value);
+            if let Some(value) = codes.as_flattened().iter().find(wrong) {
+                return Err(PyValueError::new_err(format!(
+                    "the picture holds the code {value}, and codes of the type {name} are on [0, 1]; give uint8, uint16 or fractions"
+                )));
+            }
+            classify::Picture::encoded(columns, rows, codes)
+        } else {
+            classify::Picture::linear(columns, rows, values)
         }
         .map_err(error)?;
         if let Some(mask) = mask {
-            let mask = contiguous(mask)?.as_slice()?.to_vec();
             picture = picture.with_mask(mask).map_err(error)?;
         }
         if let Some(pixels) = focal_length {
             picture = picture.with_focal_length(pixels).map_err(error)?;
         }
-        Ok(Self(picture))
+        Ok(Self(Arc::new(picture)))
     }
 
     /// Reads a PNG or JPEG, as sRGB, or a linear OpenEXR, Radiance or PFM file; an alpha channel is the mask.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        py.detach(|| classify::Picture::read(&path))
-            .map(Self)
+        interrupt::run(py, move || classify::Picture::read(&path))?
+            .map(|picture| Self(Arc::new(picture)))
             .map_err(error)
     }
 
     /// Linear radiance, (rows, columns, 3).
     #[getter]
-    fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let flat = PyArray1::from_slice(py, self.0.pixels().as_flattened());
-        flat.reshape([self.0.height(), self.0.width(), 3])
+    fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let flat = self.0.pixels().as_flattened().to_vec();
+        shaped(py, &[self.0.height(), self.0.width(), 3], flat)
+    }
+
+    /// How much of each pixel the mask leaves, (rows, columns); None where it leaves everything.
+    #[getter]
+    fn mask<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        let shape = [self.0.height(), self.0.width()];
+        self.0
+            .mask()
+            .map(|mask| shaped(py, &shape, mask.to_vec()))
+            .transpose()
+    }
+
+    /// Whether it came as sRGB codes, which saturate.
+    #[getter]
+    fn encoded(&self) -> bool {
+        self.0.is_encoded()
+    }
+
+    /// The focal length in pixels, where it is known.
+    #[getter]
+    fn focal_length(&self) -> Option<f64> {
+        self.0.focal_length()
     }
 
     /// Where the sphere is, (x, y, radius) in pixels from the left and the top: by the mask, else found.
     fn circle(&self, py: Python<'_>) -> PyResult<(f64, f64, f64)> {
-        let Circle { x, y, radius } = py.detach(|| self.0.circle()).map_err(error)?;
+        let picture = Arc::clone(&self.0);
+        let Circle { x, y, radius } =
+            interrupt::run(py, move || picture.circle())?.map_err(error)?;
         Ok((x, y, radius))
+    }
+
+    fn __repr__(&self) -> String {
+        let (rows, columns) = (self.0.height(), self.0.width());
+        let kind = if self.0.is_encoded() {
+            "sRGB codes"
+        } else {
+            "linear radiance"
+        };
+        let mask = if self.0.has_mask() {
+            " with a mask"
+        } else {
+            ""
+        };
+        format!("<Picture of {rows} × {columns} pixels, {kind}{mask}>")
+    }
+
+    fn __hash__(&self) -> u64 {
+        ((self.0.height() as u64) << 32) ^ self.0.width() as u64
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let arguments = (
+            this.pixels(py)?,
+            this.encoded(),
+            this.mask(py)?,
+            this.focal_length(),
+        );
+        Ok((
+            slf.get_type().getattr("_from_radiance")?,
+            arguments.into_pyobject(py)?,
+        ))
+    }
+
+    /// What `pickle` puts together again: radiance, whether it came as codes or not.
+    #[staticmethod]
+    fn _from_radiance(
+        pixels: &Bound<'_, PyAny>,
+        encoded: bool,
+        mask: Option<&Bound<'_, PyAny>>,
+        focal_length: Option<f64>,
+    ) -> PyResult<Self> {
+        let Pixels {
+            rows,
+            columns,
+            values,
+        } = Pixels::of(pixels, "the picture")?;
+        let mut picture = classify::Picture::linear(columns, rows, values).map_err(error)?;
+        if encoded {
+            picture = picture.as_encoded();
+        }
+        if let Some(mask) = mask_of(mask, rows, columns)? {
+            picture = picture.with_mask(mask).map_err(error)?;
+        }
+        if let Some(pixels) = focal_length {
+            picture = picture.with_focal_length(pixels).map_err(error)?;
+        }
+        Ok(Self(Arc::new(picture)))
     }
 }
 
@@ -97,13 +239,15 @@ type Parts<'py> = (
 ///
 /// It takes about a minute to make and can be pickled.
 #[pyclass(frozen, module = "lobes")]
-pub(crate) struct Training(classify::Training);
+pub(crate) struct Training(Arc<classify::Training>);
 
 #[pymethods]
 impl Training {
     /// Under these lights, of these materials (the eight presets unless said), from `cameras` cameras.
+    ///
+    /// `progress(done, total)` is called as the work goes on.
     #[new]
-    #[pyo3(signature = (lights, materials=None, variant="sampled", cameras=None, threads=true))]
+    #[pyo3(signature = (lights, materials=None, variant="sampled", cameras=None, threads=true, progress=None))]
     fn new(
         py: Python<'_>,
         lights: Vec<EnvironmentMap>,
@@ -111,23 +255,54 @@ impl Training {
         variant: &str,
         cameras: Option<usize>,
         threads: bool,
+        progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let variant: Variant = variant.parse().map_err(error)?;
-        py.detach(|| {
-            let lights: Vec<_> = lights.into_iter().map(|light| light.0).collect();
+        let mut plan = TrainingPlan::default();
+        plan.plan.lobe = variant;
+        if let Some(cameras) = cameras {
+            if !(1..=MOST_CAMERAS).contains(&cameras) {
+                return Err(PyValueError::new_err(format!(
+                    "the number of cameras is {cameras}, which is not from 1 to {MOST_CAMERAS}"
+                )));
+            }
+            plan.plan.turns = cameras;
+        }
+        // Each light is done twice: with the materials, and with random reflectances.
+        let callback = progress.map(|progress| (progress, 2 * lights.len()));
+        let training = interrupt::run_with_progress(py, callback, move |progress| {
+            let lights: Vec<_> = lights.iter().map(|light| (*light.0).clone()).collect();
             let materials = match materials {
                 Some(materials) => materials.into_iter().map(|material| material.0).collect(),
                 None => lobes::reflectance::presets(),
             };
-            let mut plan = TrainingPlan::default();
-            plan.plan.lobe = variant;
-            if let Some(cameras) = cameras {
-                plan.plan.turns = cameras;
-            }
-            classify::Training::new(&lights, &materials, &plan, parallelism(threads), &|| ())
-        })
-        .map(Self)
-        .map_err(error)
+            let done = || progress.step();
+            classify::Training::new(&lights, &materials, &plan, parallelism(threads), &done)
+        })?
+        .map_err(error)?;
+        Ok(Self(Arc::new(training)))
+    }
+
+    /// The materials' names.
+    #[getter]
+    fn materials(&self) -> Vec<String> {
+        self.0.named.materials.clone()
+    }
+
+    /// The lights' names.
+    #[getter]
+    fn lights(&self) -> Vec<String> {
+        self.0.named.illuminations.clone()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<Training of {} materials under {} lights: {} pictures and {} of random reflectances>",
+            self.0.named.materials.len(),
+            self.0.named.illuminations.len(),
+            self.0.named.observations.len(),
+            self.0.random.len()
+        )
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Parts<'py>)> {
@@ -231,7 +406,7 @@ impl Training {
                 "the training set names a material or a light that it does not have",
             ));
         }
-        Ok(Self(classify::Training {
+        Ok(Self(Arc::new(classify::Training {
             named: Dataset {
                 materials,
                 illuminations,
@@ -239,23 +414,25 @@ impl Training {
                 render_error,
             },
             random,
-        }))
+        })))
     }
 }
 
 /// A classifier that has learned.
 #[pyclass(frozen, module = "lobes")]
-pub(crate) struct Model(classify::Model);
+pub(crate) struct Model(Arc<classify::Model>);
 
 #[pymethods]
 impl Model {
     #[new]
     #[pyo3(signature = (training, threads=true))]
     fn new(py: Python<'_>, training: &Bound<'_, Training>, threads: bool) -> PyResult<Self> {
-        let training = training.get();
-        py.detach(|| classify::Model::learn(&training.0, parallelism(threads)))
-            .map(Self)
-            .map_err(error)
+        let training = Arc::clone(&training.get().0);
+        interrupt::run(py, move || {
+            classify::Model::learn(&training, parallelism(threads))
+        })?
+        .map(|model| Self(Arc::new(model)))
+        .map_err(error)
     }
 
     /// The materials' names.
@@ -266,119 +443,59 @@ impl Model {
 
     /// What the model says of the sphere in a picture, within `circle` (x, y, radius in pixels) or where `Picture.circle` finds it.
     #[pyo3(signature = (picture, circle=None))]
-    fn read(
+    fn read<'py>(
         &self,
-        py: Python<'_>,
-        picture: &Bound<'_, Picture>,
-        circle: Option<(f64, f64, f64)>,
-    ) -> PyResult<Verdict> {
-        let picture = &picture.get().0;
-        py.detach(|| {
+        py: Python<'py>,
+        picture: &Bound<'py, Picture>,
+        circle: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (model, picture) = (Arc::clone(&self.0), Arc::clone(&picture.get().0));
+        let circle = circle
+            .map(|circle| numbers(circle, "the circle"))
+            .transpose()?;
+        let (circle, saturated, grey, verdict) = interrupt::run(py, move || {
             let circle = match circle {
-                Some((x, y, radius)) => Circle { x, y, radius },
+                Some([x, y, radius]) => Circle { x, y, radius },
                 None => picture.circle()?,
             };
             let sphere = picture.sphere(circle)?;
-            Ok(Verdict {
-                names: self.0.materials().to_vec(),
-                saturated: sphere.saturated,
-                grey: sphere.is_grey(),
-                circle: (circle.x, circle.y, circle.radius),
-                verdict: self.0.read(&sphere)?,
-            })
-        })
-        .map_err(error)
-    }
-}
-
-/// What a model says of one picture.
-#[pyclass(frozen, module = "lobes")]
-pub(crate) struct Verdict {
-    verdict: classify::Verdict,
-    names: Vec<String>,
-    circle: (f64, f64, f64),
-    saturated: f64,
-    grey: bool,
-}
-
-impl Verdict {
-    /// The ends and the middle of a 90 % interval.
-    fn interval(quantile: impl Fn(f64) -> f64) -> (f64, f64, f64) {
-        (quantile(0.05), quantile(0.5), quantile(0.95))
-    }
-}
-
-#[pymethods]
-impl Verdict {
-    /// The likeliest material, or None where it is likelier none of these.
-    #[getter]
-    fn material(&self) -> Option<&str> {
-        self.verdict.material().map(|i| self.names[i].as_str())
-    }
-
-    /// The probability of each material by name.
-    #[getter]
-    fn probabilities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dictionary = PyDict::new(py);
-        for (name, probability) in self.names.iter().zip(&self.verdict.probabilities) {
-            dictionary.set_item(name, probability)?;
+            let verdict = model.read(&sphere)?;
+            lobes::Result::Ok((circle, sphere.saturated, sphere.is_grey(), verdict))
+        })?
+        .map_err(error)?;
+        let probabilities = PyDict::new(py);
+        for (name, probability) in self.0.materials().iter().zip(&verdict.probabilities) {
+            probabilities.set_item(name, probability)?;
         }
-        Ok(dictionary)
+        let posterior = &verdict.posterior;
+        let (sigmas, shares) = (posterior.sigmas(), posterior.shares());
+        // The ends and the middle of a 90 % interval.
+        let interval =
+            |quantile: &dyn Fn(f64) -> f64| (quantile(0.05), quantile(0.5), quantile(0.95));
+        record(
+            py,
+            "Verdict",
+            (
+                verdict.material().map(|i| &self.0.materials()[i]),
+                probabilities,
+                verdict.none,
+                interval(&|level| posterior.sigma_quantile(level)),
+                interval(&|level| posterior.share_quantile(level)),
+                shaped(
+                    py,
+                    &[sigmas.len(), shares.len()],
+                    posterior.probabilities().to_vec(),
+                )?,
+                PyArray1::from_slice(py, sigmas),
+                PyArray1::from_slice(py, shares),
+                (circle.x, circle.y, circle.radius),
+                saturated,
+                grey,
+            ),
+        )
     }
 
-    /// The probability that it is none of these.
-    #[getter]
-    fn none(&self) -> f64 {
-        self.verdict.none
-    }
-
-    /// The roughness: 5 %, 50 % and 95 % quantiles.
-    #[getter]
-    fn sigma(&self) -> (f64, f64, f64) {
-        Self::interval(|level| self.verdict.posterior.sigma_quantile(level))
-    }
-
-    /// The specular share, rho_s / (rho_s + rho_d): 5 %, 50 % and 95 % quantiles.
-    #[getter]
-    fn share(&self) -> (f64, f64, f64) {
-        Self::interval(|level| self.verdict.posterior.share_quantile(level))
-    }
-
-    /// The posterior, (sigmas, shares): it sums to 1.
-    #[getter]
-    fn posterior<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let posterior = &self.verdict.posterior;
-        let flat = PyArray1::from_slice(py, posterior.probabilities());
-        flat.reshape([posterior.sigmas().len(), posterior.shares().len()])
-    }
-
-    /// The roughnesses of the posterior's rows.
-    #[getter]
-    fn sigmas<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.verdict.posterior.sigmas())
-    }
-
-    /// The specular shares of the posterior's columns.
-    #[getter]
-    fn shares<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.verdict.posterior.shares())
-    }
-
-    /// Where the sphere was taken to be: x, y, radius.
-    #[getter]
-    fn circle(&self) -> (f64, f64, f64) {
-        self.circle
-    }
-
-    /// The share of the sphere that is saturated.
-    #[getter]
-    fn saturated(&self) -> f64 {
-        self.saturated
-    }
-
-    /// Whether it was judged without colour.
-    #[getter]
-    fn grey(&self) -> bool {
-        self.grey
+    fn __repr__(&self) -> String {
+        format!("<Model of {} materials>", self.0.materials().len())
     }
 }

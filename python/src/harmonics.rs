@@ -1,69 +1,64 @@
-//! Transforms, values, rotation and spectra.
+//! Transforms, rotation, and harmonics at directions.
 
+use lobes::Parallelism;
 use lobes::glam::{DQuat, DVec3};
-use lobes::harmonics::{self, Basis, Coefficients, Convention, coefficient_count};
-use lobes::sphere::Grid;
-use numpy::{
-    Complex64, Ix1, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray1,
-    PyReadonlyArrayDyn, PyUntypedArrayMethods,
-};
+use lobes::harmonics;
+use lobes::sphere::{self, Grid};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
+use crate::arrays::{
+    Directions, check_result, check_room, doubles, leading, numbers, shaped, zeros,
+};
+use crate::coefficients::{Sets, wrap, wrap_all};
 use crate::{error, parallelism};
 
-/// The values of an array in the order of C, as they lie or copied.
-pub(crate) fn contiguous<'py>(
-    array: &Bound<'py, PyArrayDyn<f64>>,
-) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    if array.is_c_contiguous() {
-        return Ok(array.readonly());
-    }
-    let copy = array.call_method1("copy", ("C",))?;
-    Ok(copy.cast_into::<PyArrayDyn<f64>>()?.readonly())
-}
+/// What fits between two looks for Ctrl-C: multiplications of about a fifth of a second on one core.
+const BETWEEN_LOOKS: usize = 200_000_000;
 
-/// The shape before the last `trailing` dimensions, which must be `expected`, and how many maps that is.
-fn leading(shape: &[usize], expected: &[usize], what: &str) -> PyResult<(Vec<usize>, usize)> {
-    match shape.split_at_checked(shape.len().wrapping_sub(expected.len())) {
-        Some((before, last)) if last == expected => Ok((before.to_vec(), before.iter().product())),
-        _ => Err(PyValueError::new_err(format!(
-            "{what} has the shape {shape:?}, whose last dimensions are not {expected:?}"
-        ))),
-    }
-}
-
-/// The degree of so many coefficients of all orders.
-fn degree_of(count: usize) -> PyResult<usize> {
-    let side = count.isqrt();
-    if side * side == count && side > 0 {
-        Ok(side - 1)
-    } else {
-        Err(PyValueError::new_err(format!(
-            "{count} coefficients are not (degree + 1)² of any degree"
-        )))
-    }
-}
-
-pub(crate) fn directions(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<DVec3>> {
-    leading(array.shape(), &[3], "the array of directions")?;
-    Ok(array
-        .as_slice()?
-        .as_chunks::<3>()
-        .0
-        .iter()
-        .map(|&[x, y, z]| DVec3::new(x, y, z))
-        .collect())
+/// How many pieces of work of so many multiplications are done between two looks for Ctrl-C.
+fn at_a_time(cost: usize, threads: Parallelism) -> usize {
+    (BETWEEN_LOOKS * threads.threads() / cost.max(1)).max(1)
 }
 
 /// A plan for analysis and synthesis on one grid, to one degree.
-#[pyclass(frozen, module = "lobes")]
-pub(crate) struct Transform(harmonics::Transform);
+///
+/// The grids are "gauss-legendre", "clenshaw-curtis" and "fejer", whose azimuths begin at `first_azimuth` (0, and half a column for "fejer")
+/// and grow with the column unless they are `descending`, and "lat-long", that of environment maps.
+#[pyclass(frozen, eq, module = "lobes")]
+pub(crate) struct Transform {
+    transform: harmonics::Transform,
+    grid: String,
+    first_azimuth: Option<f64>,
+}
+
+impl PartialEq for Transform {
+    fn eq(&self, other: &Self) -> bool {
+        let key = |one: &Self| (one.transform.degree(), one.transform.orders());
+        key(self) == key(other) && self.transform.grid() == other.transform.grid()
+    }
+}
+
+impl Transform {
+    /// The grid.
+    pub(crate) fn grid_itself(&self) -> &Grid {
+        self.transform.grid()
+    }
+
+    /// Multiplications of one map, about.
+    fn cost(&self) -> usize {
+        let grid = self.transform.grid();
+        self.transform.coefficient_count() * grid.rings() + 16 * grid.len()
+    }
+}
 
 #[pymethods]
 impl Transform {
     #[new]
-    #[pyo3(signature = (grid, rings, columns, degree, orders=None))]
+    #[pyo3(signature = (grid, rings, columns, degree, orders=None, first_azimuth=None, descending=false))]
+    #[expect(clippy::too_many_arguments, reason = "named in Python")]
     fn new(
         py: Python<'_>,
         grid: &str,
@@ -71,9 +66,15 @@ impl Transform {
         columns: usize,
         degree: usize,
         orders: Option<usize>,
+        first_azimuth: Option<f64>,
+        descending: bool,
     ) -> PyResult<Self> {
-        py.detach(|| {
-            let grid = match grid {
+        if first_azimuth.is_some_and(|azimuth| !azimuth.is_finite()) {
+            return Err(PyValueError::new_err("first_azimuth is not finite"));
+        }
+        let name = grid.to_owned();
+        let transform = py.detach(|| {
+            let mut grid = match grid {
                 "gauss-legendre" => Grid::gauss_legendre(rings, columns),
                 "clenshaw-curtis" => Grid::clenshaw_curtis(rings, columns),
                 "fejer" => Grid::fejer(rings, columns),
@@ -85,86 +86,198 @@ impl Transform {
                 }
             }
             .map_err(error)?;
+            if let Some(azimuth) = first_azimuth {
+                grid = grid.with_first_azimuth(azimuth);
+            }
+            if descending {
+                grid = grid.descending();
+            }
             harmonics::Transform::with_orders(&grid, degree, orders.unwrap_or(degree))
-                .map(Self)
                 .map_err(error)
+        })?;
+        Ok(Self {
+            transform,
+            grid: name,
+            first_azimuth,
         })
+    }
+
+    /// The name of the grid.
+    #[getter]
+    fn grid(&self) -> &str {
+        &self.grid
     }
 
     /// The largest degree l.
     #[getter]
     fn degree(&self) -> usize {
-        self.0.degree()
+        self.transform.degree()
     }
 
     /// The largest order |m|.
     #[getter]
     fn orders(&self) -> usize {
-        self.0.orders()
+        self.transform.orders()
     }
 
     /// Rings and columns of a map.
     #[getter]
     fn shape(&self) -> (usize, usize) {
-        (self.0.grid().rings(), self.0.grid().columns())
+        (
+            self.transform.grid().rings(),
+            self.transform.grid().columns(),
+        )
     }
 
     /// How many coefficients a map has.
     #[getter]
     fn coefficient_count(&self) -> usize {
-        self.0.coefficient_count()
+        self.transform.coefficient_count()
     }
 
-    /// The coefficients (…, count) of maps (…, rings, columns); those of one call share the recurrence.
-    #[pyo3(signature = (maps, threads=false))]
+    /// The angle of each ring from the north pole, in radians.
+    #[getter]
+    fn colatitudes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let grid = self.transform.grid();
+        let angles = (0..grid.rings()).map(|ring| grid.colatitude(ring));
+        PyArray1::from_vec(py, angles.collect())
+    }
+
+    /// The azimuth of each column, in radians, not reduced to one turn.
+    #[getter]
+    fn azimuths<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let grid = self.transform.grid();
+        let angles = (0..grid.columns()).map(|column| grid.azimuth(column));
+        PyArray1::from_vec(py, angles.collect())
+    }
+
+    /// The solid angle that a point of each ring stands for: over the grid they sum to 4π.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let grid = self.transform.grid();
+        let weights = (0..grid.rings()).map(|ring| grid.ring_weight(ring));
+        PyArray1::from_vec(py, weights.collect())
+    }
+
+    /// The direction of each point in the harmonic frame, (rings, columns, 3).
+    #[getter]
+    fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let grid = self.transform.grid();
+        check_room(3 * grid.len(), "the directions of the grid")?;
+        let mut values = Vec::with_capacity(3 * grid.len());
+        for ring in 0..grid.rings() {
+            for column in 0..grid.columns() {
+                values.extend(grid.direction(ring, column).to_array());
+            }
+        }
+        shaped(py, &[grid.rings(), grid.columns(), 3], values)
+    }
+
+    /// The coefficients of maps (…, rings, columns); those of one call share the recurrence.
+    #[pyo3(signature = (maps, threads=true))]
     fn analyse<'py>(
         &self,
         py: Python<'py>,
-        maps: &Bound<'py, PyArrayDyn<f64>>,
+        maps: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let maps = doubles(maps, "the array of maps")?;
+        let (rings, columns) = self.shape();
+        let mut shape = leading(maps.shape(), &[rings, columns], "the array of maps")?;
+        shape.push(self.transform.coefficient_count());
+        let out = zeros::<f64>(py, &shape)?;
+        let mut guard = out.readwrite();
+        let output = guard.as_slice_mut()?;
+        let threads = parallelism(threads);
+        let batch = at_a_time(self.cost(), threads);
+        let count = self.transform.coefficient_count();
+        let maps = maps.as_slice()?;
+        let mut scratch = Vec::new();
+        for (input, output) in maps
+            .chunks(batch * rings * columns)
+            .zip(output.chunks_mut(batch * count))
+        {
+            let batch = output.len() / count;
+            py.detach(|| {
+                scratch.resize(self.transform.scratch_len(batch), 0.0);
+                self.transform
+                    .analyse_into(batch, input, output, &mut scratch, threads)
+            })
+            .map_err(error)?;
+            py.check_signals()?;
+        }
+        check_result(output, "a coefficient of the maps")?;
+        drop(guard);
+        wrap(out, self.degree(), self.orders())
+    }
+
+    /// The maps (…, rings, columns) of coefficients.
+    #[pyo3(signature = (coefficients, threads=true))]
+    fn synthesise<'py>(
+        &self,
+        py: Python<'py>,
+        coefficients: &Bound<'py, PyAny>,
         threads: bool,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let maps = contiguous(maps)?;
+        let shape = (self.degree(), self.orders());
+        let sets = Sets::with_shape(coefficients, "the array of coefficients", Some(shape))?;
         let (rings, columns) = self.shape();
-        let (mut shape, batch) = leading(maps.shape(), &[rings, columns], "the array of maps")?;
-        shape.push(self.0.coefficient_count());
-        let out = PyArrayDyn::zeros(py, shape, false);
+        let mut shape = sets.shape.clone();
+        shape.extend([rings, columns]);
+        let out = zeros::<f64>(py, &shape)?;
         let mut guard = out.readwrite();
-        let (input, output) = (maps.as_slice()?, guard.as_slice_mut()?);
-        py.detach(|| {
-            let mut scratch = vec![0.0; self.0.scratch_len(batch)];
-            self.0
-                .analyse_into(batch, input, output, &mut scratch, parallelism(threads))
-        })
-        .map_err(error)?;
+        let output = guard.as_slice_mut()?;
+        let threads = parallelism(threads);
+        let batch = at_a_time(self.cost(), threads);
+        let count = self.transform.coefficient_count();
+        let mut scratch = Vec::new();
+        for (input, output) in sets
+            .values()?
+            .chunks(batch * count)
+            .zip(output.chunks_mut(batch * rings * columns))
+        {
+            let batch = input.len() / count;
+            py.detach(|| {
+                scratch.resize(self.transform.scratch_len(batch), 0.0);
+                self.transform
+                    .synthesise_into(batch, input, output, &mut scratch, threads)
+            })
+            .map_err(error)?;
+            py.check_signals()?;
+        }
+        check_result(output, "a value of a map")?;
         drop(guard);
         Ok(out)
     }
 
-    /// The maps (…, rings, columns) of coefficients (…, count).
-    #[pyo3(signature = (coefficients, threads=false))]
-    fn synthesise<'py>(
-        &self,
-        py: Python<'py>,
-        coefficients: &Bound<'py, PyArrayDyn<f64>>,
-        threads: bool,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let coefficients = contiguous(coefficients)?;
-        let count = self.0.coefficient_count();
-        let (mut shape, batch) =
-            leading(coefficients.shape(), &[count], "the array of coefficients")?;
+    fn __repr__(&self) -> String {
         let (rings, columns) = self.shape();
-        shape.extend([rings, columns]);
-        let out = PyArrayDyn::zeros(py, shape, false);
-        let mut guard = out.readwrite();
-        let (input, output) = (coefficients.as_slice()?, guard.as_slice_mut()?);
-        py.detach(|| {
-            let mut scratch = vec![0.0; self.0.scratch_len(batch)];
-            self.0
-                .synthesise_into(batch, input, output, &mut scratch, parallelism(threads))
-        })
-        .map_err(error)?;
-        drop(guard);
-        Ok(out)
+        let (degree, orders) = (self.degree(), self.orders());
+        format!(
+            "Transform({:?}, rings={rings}, columns={columns}, degree={degree}, orders={orders})",
+            self.grid
+        )
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let this = slf.get();
+        let (rings, columns) = this.shape();
+        let descending = this.transform.grid().is_descending() && this.grid != "lat-long";
+        let arguments = (
+            &this.grid,
+            rings,
+            columns,
+            this.degree(),
+            this.orders(),
+            this.first_azimuth,
+            descending,
+        );
+        Ok((
+            slf.get_type().into_any(),
+            arguments.into_pyobject(slf.py())?,
+        ))
     }
 }
 
@@ -176,126 +289,247 @@ pub(crate) struct Rotation(harmonics::Rotation);
 impl Rotation {
     #[new]
     fn new(py: Python<'_>, degree: usize) -> PyResult<Self> {
-        py.detach(|| harmonics::Rotation::new(degree))
+        crate::interrupt::run(py, move || harmonics::Rotation::new(degree))?
             .map(Self)
             .map_err(error)
     }
 
+    /// The degree.
     #[getter]
     fn degree(&self) -> usize {
         self.0.degree()
     }
 
-    /// The coefficients of f(R⁻¹ ω) for the rotation of a quaternion (x, y, z, w).
-    #[pyo3(signature = (coefficients, quaternion, threads=false))]
+    /// The coefficients of f(R⁻¹ ω) for the rotation of a quaternion (x, y, z, w), which need not be of unit length. All orders come out.
+    #[pyo3(signature = (coefficients, quaternion, threads=true))]
     fn rotate<'py>(
         &self,
         py: Python<'py>,
-        coefficients: PyReadonlyArray1<'py, f64>,
-        quaternion: [f64; 4],
+        coefficients: &Bound<'py, PyAny>,
+        quaternion: &Bound<'py, PyAny>,
         threads: bool,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let values = coefficients.to_vec()?;
-        let rotated = py
-            .detach(|| {
-                let degree = self.0.degree();
-                let coefficients = Coefficients::from_vec(degree, degree, values)?;
-                let quaternion = DQuat::from_array(quaternion);
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let sets = Sets::of(coefficients, "the array of coefficients")?;
+        let quaternion = DQuat::from_array(numbers(quaternion, "the quaternion")?);
+        let degree = self.0.degree();
+        if sets.degree != degree {
+            return Err(PyValueError::new_err(format!(
+                "the array of coefficients is of degree {} and the rotation of degree {degree}",
+                sets.degree
+            )));
+        }
+        let mut scratch = vec![0.0; self.0.scratch_len()];
+        let mut rotated = Vec::with_capacity(sets.len());
+        for set in sets.each()? {
+            let set = set?;
+            let scratch = &mut scratch;
+            let one = py.detach(|| {
+                let mut out = harmonics::Coefficients::zeros(degree);
                 self.0
-                    .rotate(&coefficients, quaternion, parallelism(threads))
-            })
-            .map_err(error)?;
-        Ok(PyArray1::from_vec(py, rotated.into_vec()))
+                    .rotate_into(&set, quaternion, &mut out, scratch, parallelism(threads))
+                    .map(|()| out)
+            });
+            let one = one.map_err(error)?;
+            check_result(one.as_slice(), "a coefficient of the rotated function")?;
+            rotated.push(one);
+            py.check_signals()?;
+        }
+        wrap_all(py, &sets.shape, rotated, (degree, degree))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Rotation({})", self.0.degree())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (usize,)) {
+        (slf.get_type().into_any(), (slf.get().degree(),))
     }
 }
 
-/// B_l = Σ_m f_lm² / (2l + 1).
-#[pyfunction]
-pub(crate) fn average_power<'py>(
-    py: Python<'py>,
-    coefficients: &Bound<'py, PyArrayDyn<f64>>,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    let coefficients = contiguous(coefficients)?;
-    let Some((&count, before)) = coefficients.shape().split_last() else {
-        return Err(PyValueError::new_err("coefficients are at least an array"));
-    };
-    let degree = degree_of(count)?;
-    let mut shape = before.to_vec();
-    shape.push(degree + 1);
-    let mut powers = Vec::with_capacity(shape.iter().product());
-    for set in coefficients.as_slice()?.chunks_exact(count) {
-        let set = Coefficients::from_vec(degree, degree, set.to_vec()).map_err(error)?;
-        powers.extend(harmonics::average_power(&set));
-    }
-    PyArray1::from_vec(py, powers).reshape(shape)
+/// A basis, and the room that its values at directions take.
+fn basis_of(
+    py: Python<'_>,
+    directions: &Directions,
+    degree: usize,
+) -> PyResult<(harmonics::Basis, Vec<usize>)> {
+    let basis = py.detach(|| harmonics::Basis::new(degree)).map_err(error)?;
+    let mut shape = directions.shape.clone();
+    shape.push(basis.count());
+    Ok((basis, shape))
 }
 
-/// The coefficients as healpy and ducc0 have them.
+/// All Y_lm at directions (…, 3) of the harmonic frame, (…, (degree + 1)²).
 #[pyfunction]
-pub(crate) fn to_complex<'py>(
-    py: Python<'py>,
-    coefficients: PyReadonlyArray1<'py, f64>,
-) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
-    let values = coefficients.to_vec()?;
-    let degree = degree_of(values.len())?;
-    let set = Coefficients::from_vec(degree, degree, values).map_err(error)?;
-    Ok(PyArray1::from_vec(py, set.to_complex(Convention::HEALPIX)))
-}
-
-/// From the coefficients as healpy and ducc0 have them.
-#[pyfunction]
-pub(crate) fn from_complex<'py>(
-    py: Python<'py>,
-    coefficients: PyReadonlyArray1<'py, Complex64>,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let values = coefficients.to_vec()?;
-    // (degree + 1)(degree + 2)/2 of them; a wrong count is refused below.
-    let degree = ((8 * values.len() + 1).isqrt() - 1) / 2;
-    let set = Coefficients::from_complex(degree.saturating_sub(1), Convention::HEALPIX, &values)
-        .map_err(error)?;
-    Ok(PyArray1::from_vec(py, set.into_vec()))
-}
-
-/// All Y_lm at directions.
-#[pyfunction]
-#[pyo3(signature = (directions, degree, threads=false))]
+#[pyo3(signature = (directions, degree, threads=true))]
 pub(crate) fn basis<'py>(
     py: Python<'py>,
-    directions: &Bound<'py, PyArrayDyn<f64>>,
+    directions: &Bound<'py, PyAny>,
     degree: usize,
     threads: bool,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let directions = self::directions(&contiguous(directions)?)?;
-    let out = PyArray2::zeros(
-        py,
-        [directions.len(), coefficient_count(degree, degree)],
-        false,
-    );
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let directions = Directions::of(directions, "the array of directions")?;
+    let (basis, shape) = basis_of(py, &directions, degree)?;
+    let out = zeros::<f64>(py, &shape)?;
     let mut guard = out.readwrite();
     let output = guard.as_slice_mut()?;
-    py.detach(|| Basis::new(degree)?.values(&directions, output, parallelism(threads)))
-        .map_err(error)?;
+    let threads = parallelism(threads);
+    let count = basis.count();
+    let batch = at_a_time(2 * count, threads);
+    for (directions, output) in directions
+        .vectors
+        .chunks(batch)
+        .zip(output.chunks_mut(batch * count))
+    {
+        py.detach(|| basis.values(directions, output, threads))
+            .map_err(error)?;
+        py.check_signals()?;
+    }
     drop(guard);
     Ok(out)
 }
 
-/// A coefficient set summed at scattered directions.
+/// All Y_lm at directions (…, 3), (…, count), and their gradients on the unit sphere, (…, 3, count): tangent vectors.
 #[pyfunction]
-#[pyo3(signature = (coefficients, directions, threads=false))]
+#[pyo3(signature = (directions, degree, threads=true))]
+pub(crate) fn basis_gradients<'py>(
+    py: Python<'py>,
+    directions: &Bound<'py, PyAny>,
+    degree: usize,
+    threads: bool,
+) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    let directions = Directions::of(directions, "the array of directions")?;
+    let (basis, shape) = basis_of(py, &directions, degree)?;
+    let mut slopes = directions.shape.clone();
+    slopes.extend([3, basis.count()]);
+    let (values, gradients) = (zeros::<f64>(py, &shape)?, zeros::<f64>(py, &slopes)?);
+    let (mut value_guard, mut gradient_guard) = (values.readwrite(), gradients.readwrite());
+    let threads = parallelism(threads);
+    let count = basis.count();
+    let batch = at_a_time(8 * count, threads);
+    let outputs = value_guard
+        .as_slice_mut()?
+        .chunks_mut(batch * count)
+        .zip(gradient_guard.as_slice_mut()?.chunks_mut(3 * batch * count));
+    for (directions, (values, gradients)) in directions.vectors.chunks(batch).zip(outputs) {
+        py.detach(|| basis.values_and_gradients(directions, values, gradients, threads))
+            .map_err(error)?;
+        py.check_signals()?;
+    }
+    drop((value_guard, gradient_guard));
+    Ok((values, gradients))
+}
+
+/// The shape of values of each set at each direction.
+fn at_shape(sets: &Sets<'_>, directions: &Directions) -> Vec<usize> {
+    [&sets.shape[..], &directions.shape[..]].concat()
+}
+
+/// Coefficients summed at scattered directions (…, 3) of the harmonic frame: a value for each set and each direction.
+#[pyfunction]
+#[pyo3(signature = (coefficients, directions, threads=true))]
 pub(crate) fn synthesise_at<'py>(
     py: Python<'py>,
-    coefficients: PyReadonlyArray1<'py, f64>,
-    directions: &Bound<'py, PyArrayDyn<f64>>,
+    coefficients: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
     threads: bool,
-) -> PyResult<Bound<'py, numpy::PyArray<f64, Ix1>>> {
-    let values = coefficients.to_vec()?;
-    let degree = degree_of(values.len())?;
-    let directions = self::directions(&contiguous(directions)?)?;
-    let mut sums = vec![0.0; directions.len()];
-    py.detach(|| {
-        let set = Coefficients::from_vec(degree, degree, values)?;
-        Basis::new(degree)?.sums(&set, &directions, &mut sums, parallelism(threads))
-    })
-    .map_err(error)?;
-    Ok(PyArray1::from_vec(py, sums))
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let sets = Sets::of(coefficients, "the array of coefficients")?;
+    let directions = Directions::of(directions, "the array of directions")?;
+    let (basis, _) = basis_of(py, &directions, sets.degree)?;
+    let threads = parallelism(threads);
+    let batch = at_a_time(4 * basis.count(), threads);
+    let length = directions.vectors.len();
+    let mut sums = zeroed(sets.len(), length)?;
+    for (set, sums) in sets.each()?.zip(sums.chunks_mut(length.max(1))) {
+        let set = set?;
+        for (directions, sums) in directions.vectors.chunks(batch).zip(sums.chunks_mut(batch)) {
+            py.detach(|| basis.sums(&set, directions, sums, threads))
+                .map_err(error)?;
+            py.check_signals()?;
+        }
+    }
+    check_result(&sums, "a value")?;
+    shaped(py, &at_shape(&sets, &directions), sums)
+}
+
+/// Values as of `synthesise_at`, and their gradients on the unit sphere, with 3 more at the end of the shape: tangent vectors whose
+/// product with a small step is the change of the value.
+#[pyfunction]
+#[pyo3(signature = (coefficients, directions, threads=true))]
+pub(crate) fn gradients_at<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
+    threads: bool,
+) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    let sets = Sets::of(coefficients, "the array of coefficients")?;
+    let directions = Directions::of(directions, "the array of directions")?;
+    let (basis, _) = basis_of(py, &directions, sets.degree)?;
+    let threads = parallelism(threads);
+    let batch = at_a_time(8 * basis.count(), threads);
+    let length = directions.vectors.len();
+    let mut values = zeroed(sets.len(), length)?;
+    let mut gradients = zeroed(3 * sets.len(), length)?;
+    let mut at = 0;
+    for set in sets.each()? {
+        let set = set?;
+        for directions in directions.vectors.chunks(batch) {
+            let mut both = vec![(0.0, DVec3::ZERO); directions.len()];
+            py.detach(|| basis.gradients(&set, directions, &mut both, threads))
+                .map_err(error)?;
+            for (value, gradient) in both {
+                values[at] = value;
+                gradients[3 * at..3 * at + 3].copy_from_slice(&gradient.to_array());
+                at += 1;
+            }
+            py.check_signals()?;
+        }
+    }
+    check_result(&values, "a value")?;
+    check_result(&gradients, "a gradient")?;
+    let mut shape = at_shape(&sets, &directions);
+    let values = shaped(py, &shape, values)?;
+    shape.push(3);
+    Ok((values, shaped(py, &shape, gradients)?))
+}
+
+/// `rows` · `columns` zeros, where there is room for them.
+fn zeroed(rows: usize, columns: usize) -> PyResult<Vec<f64>> {
+    let count = rows.saturating_mul(columns);
+    check_room(count, "the values at all directions")?;
+    Ok(vec![0.0; count])
+}
+
+/// Directions (…, 3) of the world frame, y up, in the harmonic frame, whose pole is +z.
+#[pyfunction]
+pub(crate) fn to_harmonic<'py>(
+    py: Python<'py>,
+    directions: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    framed(py, directions, sphere::to_harmonic)
+}
+
+/// The inverse of `to_harmonic`.
+#[pyfunction]
+pub(crate) fn from_harmonic<'py>(
+    py: Python<'py>,
+    directions: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    framed(py, directions, sphere::from_harmonic)
+}
+
+fn framed<'py>(
+    py: Python<'py>,
+    directions: &Bound<'py, PyAny>,
+    frame: fn(DVec3) -> DVec3,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let array = doubles(directions, "the array of directions")?;
+    let mut shape = leading(array.shape(), &[3], "the array of directions")?;
+    let (vectors, _) = array.as_slice()?.as_chunks::<3>();
+    let turned = vectors
+        .iter()
+        .flat_map(|&vector| frame(DVec3::from_array(vector)).to_array());
+    let turned = turned.collect();
+    shape.push(3);
+    shaped(py, &shape, turned)
 }

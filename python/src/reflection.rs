@@ -1,60 +1,213 @@
 //! Spheres under light, and what one picture tells.
 
+use std::sync::Arc;
+
 use lobes::features::{Continuation, ImageSpectrum, PaperFeatures, TOP_DEGREE};
 use lobes::glam::DVec3;
 use lobes::reflectance::Variant;
-use lobes::reflection::{self, Settings, SphereImage};
-use numpy::{PyArray1, PyArray3, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use lobes::reflection::{self, Settings, Sight, SphereImage};
+use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
-use crate::harmonics::contiguous;
+use crate::arrays::{Directions, Pixels, check_room, shape_name, shaped, vector};
 use crate::illumination::EnvironmentMap;
 use crate::reflectance::Material;
-use crate::{error, parallelism};
+use crate::{error, interrupt, is_record, parallelism, record};
 
 /// A camera that looks at the centre of the sphere.
-#[pyclass(frozen, module = "lobes", from_py_object)]
-#[derive(Clone, Copy)]
-pub(crate) struct Camera(reflection::Camera);
+#[pyclass(frozen, eq, module = "lobes", from_py_object)]
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Camera {
+    camera: reflection::Camera,
+    /// As they were given.
+    towards: [f64; 3],
+    up: [f64; 3],
+    distance: Option<f64>,
+    roll: f64,
+}
+
+impl Camera {
+    fn made(towards: [f64; 3], up: [f64; 3], distance: Option<f64>, roll: f64) -> PyResult<Self> {
+        if !roll.is_finite() {
+            return Err(PyValueError::new_err(format!(
+                "the camera's roll is {roll}, which is not finite"
+            )));
+        }
+        let (to, upwards) = (DVec3::from_array(towards), DVec3::from_array(up));
+        let camera = match distance {
+            None => reflection::Camera::orthographic(to, upwards),
+            Some(distance) => reflection::Camera::perspective(to, upwards, distance),
+        }
+        .map_err(error)?;
+        Ok(Self {
+            camera: if roll == 0.0 {
+                camera
+            } else {
+                camera.rolled(roll)
+            },
+            towards,
+            up,
+            distance,
+            roll,
+        })
+    }
+}
 
 #[pymethods]
 impl Camera {
-    /// From far away, or from `distance` radii of the sphere.
+    /// From far away, or from `distance` radii of the sphere, turned about its line of sight by `roll` radians, anticlockwise as it looks through it.
     #[new]
-    #[pyo3(signature = (towards=[0.0, 0.0, 1.0], up=[0.0, 1.0, 0.0], distance=None))]
-    fn new(towards: [f64; 3], up: [f64; 3], distance: Option<f64>) -> PyResult<Self> {
-        let (towards, up) = (DVec3::from_array(towards), DVec3::from_array(up));
-        match distance {
-            None => reflection::Camera::orthographic(towards, up),
-            Some(distance) => reflection::Camera::perspective(towards, up, distance),
-        }
-        .map(Self)
-        .map_err(error)
+    #[pyo3(signature = (towards=None, up=None, distance=None, roll=0.0))]
+    fn new(
+        towards: Option<&Bound<'_, PyAny>>,
+        up: Option<&Bound<'_, PyAny>>,
+        distance: Option<f64>,
+        roll: f64,
+    ) -> PyResult<Self> {
+        let of = |given: Option<&Bound<'_, PyAny>>, what, default: DVec3| {
+            given.map_or(Ok(default), |given| vector(given, what))
+        };
+        let towards = of(towards, "the direction towards the camera", DVec3::Z)?;
+        let up = of(up, "the direction up", DVec3::Y)?;
+        Self::made(towards.to_array(), up.to_array(), distance, roll)
     }
 
-    /// Turned about its line of sight, in radians.
-    fn rolled(&self, angle: f64) -> Self {
-        Self(self.0.rolled(angle))
+    /// The unit vector from the sphere's centre towards the camera.
+    #[getter]
+    fn towards(&self) -> (f64, f64, f64) {
+        self.camera.towards().into()
+    }
+
+    /// The unit vector that shows upwards in the picture.
+    #[getter]
+    fn up(&self) -> (f64, f64, f64) {
+        self.camera.up().into()
+    }
+
+    /// The unit vector that shows to the right in the picture.
+    #[getter]
+    fn right(&self) -> (f64, f64, f64) {
+        self.camera.right().into()
+    }
+
+    /// The distance in radii of the sphere; None where it is infinite.
+    #[getter]
+    fn distance(&self) -> Option<f64> {
+        self.distance
+    }
+
+    /// Turned further about its line of sight, in radians.
+    fn rolled(&self, angle: f64) -> PyResult<Self> {
+        Self::made(self.towards, self.up, self.distance, self.roll + angle)
+    }
+
+    /// What the pixels of a picture see: normals and directions to the camera, each (size, size, 3), NaN where a pixel misses the sphere.
+    #[expect(clippy::type_complexity, reason = "two arrays")]
+    fn sights<'py>(
+        &self,
+        py: Python<'py>,
+        size: usize,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+        check_size(size)?;
+        check_room(12 * size * size, "the sights of a picture")?;
+        let missing = Sight {
+            normal: DVec3::NAN,
+            view: DVec3::NAN,
+        };
+        let sights = (0..size * size).map(|index| {
+            let sight = self.camera.pixel(size, index / size, index % size);
+            sight.unwrap_or(missing)
+        });
+        let sights: Vec<_> = sights.collect();
+        let of = |part: fn(&Sight) -> DVec3| {
+            let flat = sights.iter().flat_map(|sight| part(sight).to_array());
+            shaped(py, &[size, size, 3], flat.collect())
+        };
+        Ok((of(|sight| sight.normal)?, of(|sight| sight.view)?))
+    }
+
+    fn __repr__(&self) -> String {
+        let distance = match self.distance {
+            None => "None".to_owned(),
+            Some(distance) => format!("{distance:?}"),
+        };
+        let vector = |[x, y, z]: [f64; 3]| format!("({x:?}, {y:?}, {z:?})");
+        format!(
+            "Camera(towards={}, up={}, distance={distance}, roll={:?})",
+            vector(self.towards),
+            vector(self.up),
+            self.roll
+        )
+    }
+
+    fn __hash__(&self) -> u64 {
+        use std::hash::{DefaultHasher, Hash, Hasher};
+        let mut hasher = DefaultHasher::new();
+        let vectors = [self.towards, self.up];
+        let distance = [self.distance.unwrap_or(f64::INFINITY), self.roll];
+        for value in vectors.as_flattened().iter().chain(&distance) {
+            // 0 and −0 are equal.
+            (value + 0.0).to_bits().hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let this = slf.get();
+        let arguments = (this.towards, this.up, this.distance, this.roll);
+        Ok((
+            slf.get_type().into_any(),
+            arguments.into_pyobject(slf.py())?,
+        ))
+    }
+}
+
+/// The sizes that the renderer takes.
+fn check_size(size: usize) -> PyResult<()> {
+    if (1..=1 << 14).contains(&size) {
+        Ok(())
+    } else {
+        Err(PyValueError::new_err(format!(
+            "the size of the picture is {size}, which is not from 1 to 16384 pixels a side"
+        )))
     }
 }
 
 /// A map prepared for rendering.
 #[pyclass(frozen, module = "lobes")]
-pub(crate) struct Renderer(reflection::Renderer);
+pub(crate) struct Renderer {
+    renderer: Arc<reflection::Renderer>,
+    map: EnvironmentMap,
+}
 
 #[pymethods]
 impl Renderer {
     #[new]
     #[pyo3(signature = (map, threads=true))]
     fn new(py: Python<'_>, map: EnvironmentMap, threads: bool) -> PyResult<Self> {
-        py.detach(|| reflection::Renderer::new(&map.0, parallelism(threads)))
-            .map(Self)
-            .map_err(error)
+        let light = Arc::clone(&map.0);
+        let renderer = interrupt::run(py, move || {
+            reflection::Renderer::new(&light, parallelism(threads))
+        })?
+        .map_err(error)?;
+        Ok(Self {
+            renderer: Arc::new(renderer),
+            map,
+        })
     }
 
-    /// The image, (size, size, 3), NaN outside of the sphere, and its estimated error.
-    #[pyo3(signature = (material, variant="ward1992", camera=None, size=128, tolerance=1e-3, pixel_samples=1, threads=true))]
+    /// The map.
+    #[getter]
+    fn map(&self) -> EnvironmentMap {
+        self.map.clone()
+    }
+
+    /// A picture of a sphere, with the mask of where the sphere is and its estimated error.
+    #[pyo3(signature = (material, variant="sampled", camera=None, size=128, tolerance=1e-3, pixel_samples=1, threads=true))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]
     fn render<'py>(
         &self,
@@ -66,65 +219,123 @@ impl Renderer {
         tolerance: f64,
         pixel_samples: usize,
         threads: bool,
-    ) -> PyResult<(Bound<'py, PyArray3<f64>>, f64)> {
+    ) -> PyResult<Bound<'py, PyAny>> {
         let variant: Variant = variant.parse().map_err(error)?;
         let camera = match camera {
-            Some(camera) => camera.0,
-            None => front()?,
+            Some(camera) => camera,
+            None => Camera::new(None, None, None, 0.0)?,
         };
+        check_size(size)?;
         let settings = Settings {
             size,
             tolerance,
             pixel_samples,
         };
-        let rendering = py
-            .detach(|| {
-                let threads = parallelism(threads);
-                self.0
-                    .render(&material.0, variant, &camera, &settings, threads)
-            })
-            .map_err(error)?;
-        let pixels = (0..size * size).flat_map(|i| {
-            rendering
-                .image
-                .get(i / size, i % size)
-                .unwrap_or([f64::NAN; 3])
-        });
-        let image = PyArray1::from_vec(py, pixels.collect()).reshape([size, size, 3])?;
-        Ok((image, rendering.error))
-    }
-}
-
-fn front() -> PyResult<reflection::Camera> {
-    reflection::Camera::orthographic(DVec3::Z, DVec3::Y).map_err(error)
-}
-
-/// The image of a sphere that fills the array, seen from far away.
-pub(crate) fn sphere_image(pixels: &Bound<'_, PyArrayDyn<f64>>) -> PyResult<SphereImage> {
-    let pixels = contiguous(pixels)?;
-    match *pixels.shape() {
-        [rows, columns, 3] if rows == columns => {
-            let pixels = pixels.as_slice()?.as_chunks().0.to_vec();
-            SphereImage::new(front()?, rows, pixels).map_err(error)
+        // A sight and its estimate take 14 doubles.
+        let sights = (size * size).saturating_mul(pixel_samples.saturating_mul(pixel_samples));
+        if (1..=64).contains(&pixel_samples) {
+            check_room(sights.saturating_mul(14), "a picture of that size")?;
         }
-        ref other => Err(PyValueError::new_err(format!(
-            "the image has the shape {other:?}, which is not (size, size, 3)"
-        ))),
+        let renderer = Arc::clone(&self.renderer);
+        let rendering = interrupt::run(py, move || {
+            let threads = parallelism(threads);
+            renderer.render(&material.0, variant, &camera.camera, &settings, threads)
+        })?
+        .map_err(error)?;
+        let at = |index: usize| rendering.image.get(index / size, index % size);
+        let pixels = (0..size * size).flat_map(|index| at(index).unwrap_or([0.0; 3]));
+        let pixels = shaped(py, &[size, size, 3], pixels.collect())?;
+        let mask = (0..size * size).map(|index| at(index).is_some());
+        let mask = shaped(py, &[size, size], mask.collect::<Vec<bool>>())?;
+        record(py, "Rendering", (pixels, mask, rendering.error, camera))
+    }
+
+    /// The radiance (…, 3) that is seen of normals (…, 3) from directions (…, 3), of unit length, and its estimated error.
+    #[pyo3(signature = (material, normals, views, variant="sampled", tolerance=1e-3, threads=true))]
+    #[expect(clippy::too_many_arguments, reason = "named in Python")]
+    fn radiance<'py>(
+        &self,
+        py: Python<'py>,
+        material: Material,
+        normals: &Bound<'py, PyAny>,
+        views: &Bound<'py, PyAny>,
+        variant: &str,
+        tolerance: f64,
+        threads: bool,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, f64)> {
+        let variant: Variant = variant.parse().map_err(error)?;
+        let normals = Directions::unit(normals, "the array of normals")?;
+        let views = Directions::unit(views, "the array of views")?;
+        if normals.shape != views.shape {
+            return Err(PyValueError::new_err(format!(
+                "there are normals of the shape {} and views of the shape {}, and a view for each normal is needed",
+                shape_name(&normals.shape),
+                shape_name(&views.shape)
+            )));
+        }
+        let sights: Vec<_> = normals
+            .vectors
+            .iter()
+            .zip(&views.vectors)
+            // Closer to unit length than doubles of single precision are.
+            .map(|(normal, view)| Sight {
+                normal: normal.normalize(),
+                view: view.normalize(),
+            })
+            .collect();
+        let renderer = Arc::clone(&self.renderer);
+        let (values, reached) = interrupt::run(py, move || {
+            let threads = parallelism(threads);
+            renderer.radiance(&material.0, variant, &sights, tolerance, threads)
+        })?
+        .map_err(error)?;
+        let shape = [&normals.shape[..], &[3]].concat();
+        Ok((shaped(py, &shape, values.into_flattened())?, reached))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Renderer of {:?}>", self.map.0.name())
     }
 }
 
-/// The paper's ten features of an image: v1 … v7 and B_0 of red, green and blue.
+/// The image of a sphere that fills the array; a rendering has its camera, all else is taken to be seen from far away.
+fn sphere_image(object: &Bound<'_, PyAny>) -> PyResult<SphereImage> {
+    let rendering = is_record(object, "Rendering")?;
+    let camera = if rendering {
+        object.getattr("camera")?.extract::<Camera>()?
+    } else {
+        Camera::new(None, None, None, 0.0)?
+    };
+    let Pixels {
+        rows,
+        columns,
+        values,
+    } = Pixels::linear(object, "the image")?;
+    if rows != columns {
+        return Err(PyValueError::new_err(format!(
+            "the image has the shape ({rows}, {columns}, 3), which is not (size, size, 3)"
+        )));
+    }
+    SphereImage::new(camera.camera, rows, values).map_err(error)
+}
+
+/// The paper's ten features of an image, (size, size, 3), of a sphere that fills it: v1 … v7 and B_0 of red, green and blue.
+///
+/// What stands outside of the sphere does not matter.
 #[pyfunction]
 #[pyo3(signature = (image, continuation="mirror"))]
 pub(crate) fn features<'py>(
     py: Python<'py>,
-    image: &Bound<'py, PyArrayDyn<f64>>,
+    image: &Bound<'py, PyAny>,
     continuation: &str,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let continuation: Continuation = continuation.parse().map_err(error)?;
     let image = sphere_image(image)?;
-    let features = py
-        .detach(|| PaperFeatures::of_image(&ImageSpectrum::new(TOP_DEGREE, continuation)?, &image))
-        .map_err(error)?;
-    Ok(PyArray1::from_slice(py, &features.to_array()))
+    let features = interrupt::run(py, move || {
+        PaperFeatures::of_image(&ImageSpectrum::new(TOP_DEGREE, continuation)?, &image)
+    })?
+    .map_err(error)?;
+    let features = features.to_array();
+    crate::arrays::check_result(&features, "a feature")?;
+    Ok(PyArray1::from_slice(py, &features))
 }

@@ -11,13 +11,15 @@ SIZE = 64
 
 def sphere(material, light=3):
     """A rendered sphere that fills the array, black around it."""
-    image, _ = lobes.Renderer(lobes.builtin()[light]).render(material, "sampled", size=SIZE, tolerance=1e-2)
-    return np.nan_to_num(image)
+    return lobes.Renderer(lobes.builtin()[light]).render(material, size=SIZE, tolerance=1e-2).pixels
 
 
 @pytest.fixture(scope="module")
 def training():
-    return lobes.Training(lobes.builtin()[:3], cameras=2)
+    steps = []
+    training = lobes.Training(lobes.builtin()[:3], cameras=2, progress=lambda done, total: steps.append((done, total)))
+    assert steps[-1] == (6, 6) and all(before < after for before, after in zip(steps, steps[1:]))
+    return training
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +46,35 @@ def test_a_training_set_survives_pickling(training, model):
     again = lobes.Model(pickle.loads(pickle.dumps(training)))
     picture = lobes.Picture(sphere(lobes.presets()[4]))
     whole = (SIZE / 2, SIZE / 2, SIZE / 2)
-    assert np.array_equal(again.read(picture, whole).posterior, model.read(picture, whole).posterior)
+    verdict = model.read(picture, whole)
+    assert again.read(picture, whole) == verdict == pickle.loads(pickle.dumps(verdict))
+    assert verdict != model.read(lobes.Picture(sphere(lobes.presets()[2])), whole)
+
+
+def test_a_rendering_is_a_picture(model):
+    rendering = lobes.Renderer(lobes.builtin()[3]).render(lobes.presets()[4], size=SIZE, tolerance=1e-2)
+    picture = lobes.Picture(rendering)
+    assert np.array_equal(picture.mask, rendering.mask)
+    assert picture.circle() == pytest.approx((SIZE / 2,) * 3, abs=0.2)
+    # NaN does not matter where the mask is 0, and elsewhere it is refused.
+    holes = np.where(rendering.mask[..., None], rendering.pixels, np.nan)
+    assert lobes.Picture(holes, mask=rendering.mask) == picture
+    with pytest.raises(ValueError, match="NaN"):
+        lobes.Picture(holes)
+
+
+def test_codes_are_known_by_their_type():
+    codes = np.random.Generator(np.random.PCG64(12)).integers(0, 256, (8, 9, 3), np.uint8)
+    picture = lobes.Picture(codes)
+    assert picture.encoded and np.array_equal(picture.pixels, lobes.linear_of_srgb(codes))
+    assert lobes.Picture(codes / 255, encoded=True) == picture == lobes.Picture((codes * np.uint16(257)))
+    linear = lobes.Picture(codes, encoded=False)
+    assert not linear.encoded and np.array_equal(linear.pixels, codes)
+    c = codes[0, 0, 0] / 255
+    assert picture.pixels[0, 0, 0] == pytest.approx(c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4)
+    assert np.allclose(lobes.srgb_of_linear(picture.pixels), codes / 255)
+    with pytest.raises(ValueError, match="fractions"):
+        lobes.Picture(codes.astype(float), encoded=True)
 
 
 def test_the_sphere_is_found_by_its_mask(model):
@@ -65,7 +95,7 @@ def test_grey_pictures_are_judged_without_colour(model):
 
 def test_what_cannot_be_read(model, tmp_path):
     flat = lobes.Picture(np.full((64, 64, 3), 0.5))
-    with pytest.raises(ValueError, match="no sphere|sphere"):
+    with pytest.raises(ValueError, match=r"sphere.*circle=\(x, y, radius\)"):
         flat.circle()
     with pytest.raises(ValueError, match="leaves the picture"):
         model.read(flat, (32.0, 32.0, 60.0))
@@ -80,3 +110,7 @@ def test_what_cannot_be_read(model, tmp_path):
         lobes.Picture.read(tmp_path / "a.png")
     with pytest.raises(ValueError):
         lobes.Training([])
+    with pytest.raises(ValueError, match="mask has the shape"):
+        lobes.Picture(np.ones((8, 8, 3)), mask=np.ones(64))
+    with pytest.raises(ValueError, match="not in \\[0, 1\\]"):
+        lobes.Picture(np.ones((8, 8, 3)), mask=np.full((8, 8), 2.0))

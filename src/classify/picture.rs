@@ -115,11 +115,18 @@ impl Picture {
         for rgb in &mut codes {
             *rgb = rgb.map(linear_of_srgb);
         }
-        Ok(Self {
+        Ok(Self::linear(width, height, codes)?.as_encoded())
+    }
+
+    /// The same radiance, taken as having come as sRGB codes: from that of the code 252/255 on it is saturated.
+    #[cfg(feature = "files")]
+    #[must_use]
+    pub fn as_encoded(self) -> Self {
+        Self {
             ceiling: linear_of_srgb(SATURATED),
             encoded: true,
-            ..Self::linear(width, height, codes)?
-        })
+            ..self
+        }
     }
 
     /// With how much of each pixel a mask (an alpha channel) leaves, on [0, 1]. A mask that leaves everything is none.
@@ -166,6 +173,11 @@ impl Picture {
     /// Whether it came as sRGB codes.
     pub fn is_encoded(&self) -> bool {
         self.encoded
+    }
+
+    /// How much of each pixel the mask leaves, row by row; nothing where there is no mask.
+    pub fn mask(&self) -> Option<&[f64]> {
+        self.mask.as_deref()
     }
 
     /// Whether a mask tells where the sphere is.

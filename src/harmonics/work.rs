@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::recurrence::{LANES, Lanes};
 use crate::Parallelism;
+use crate::cancellation::cancellable;
 
 /// What some of the items of a piece of work write to.
 pub(crate) trait Divide: Send + Sized {
@@ -201,19 +202,15 @@ pub(crate) fn over_chunks<T: Send>(
     length: usize,
     f: impl Fn(usize, &mut [T]) + Sync + Send,
 ) {
+    let f = cancellable(|(i, chunk): (usize, &mut [T])| f(i, chunk));
     match parallelism {
         #[cfg(feature = "parallel")]
         Parallelism::Rayon => {
             use rayon::prelude::*;
-            slice
-                .par_chunks_mut(length)
-                .enumerate()
-                .for_each(|(i, chunk)| f(i, chunk));
+            slice.par_chunks_mut(length).enumerate().for_each(f);
         }
         _ => {
-            for (i, chunk) in slice.chunks_mut(length).enumerate() {
-                f(i, chunk);
-            }
+            slice.chunks_mut(length).enumerate().for_each(f);
         }
     }
 }
@@ -225,6 +222,7 @@ pub(crate) fn over_chunk_pairs<T: Send>(
     (second, second_length): (&mut [T], usize),
     f: impl Fn(usize, &mut [T], &mut [T]) + Sync + Send,
 ) {
+    let f = cancellable(|(i, (first, second)): (usize, (&mut [T], &mut [T]))| f(i, first, second));
     match parallelism {
         #[cfg(feature = "parallel")]
         Parallelism::Rayon => {
@@ -233,15 +231,13 @@ pub(crate) fn over_chunk_pairs<T: Send>(
                 .par_chunks_mut(first_length)
                 .zip(second.par_chunks_mut(second_length))
                 .enumerate()
-                .for_each(|(i, (first, second))| f(i, first, second));
+                .for_each(f);
         }
         _ => {
             let pairs = first
                 .chunks_mut(first_length)
                 .zip(second.chunks_mut(second_length));
-            for (i, (first, second)) in pairs.enumerate() {
-                f(i, first, second);
-            }
+            pairs.enumerate().for_each(f);
         }
     }
 }

@@ -1,14 +1,19 @@
 """Reflectance in the frequency domain.
 
-Arrays are NumPy's, of doubles; directions are unit vectors in the last dimension of 3. Harmonics are real, orthonormal,
-without the Condon–Shortley phase; coefficients are stored by order m: for each m the degrees l = m … degree, first of cos mφ,
-then, for m > 0, of sin mφ. `to_complex` and `from_complex` are the form of healpy and ducc0.
+Arrays are NumPy's: real numbers of any type, in any layout, or lists of them, come in and doubles come out. Directions are in the last
+dimension of 3. Harmonics are real, orthonormal, without the Condon–Shortley phase; coefficients are stored by order m: for each m the degrees
+l = m … degree, first of cos mφ, then, for m > 0, of sin mφ. `to_complex` and `from_complex` are the form of healpy and ducc0, `to_real` and
+`from_real` other people's real ones.
 """
 
+from ._coefficients import Coefficients
+from ._files import write_exr, write_png
 from ._lobes import (
     Camera,
+    Coupling,
     EnvironmentMap,
     Lobe,
+    Mask,
     Material,
     Model,
     Picture,
@@ -16,44 +21,100 @@ from ._lobes import (
     Rotation,
     Training,
     Transform,
-    Verdict,
+    __version__,
     average_power,
     basis,
+    basis_gradients,
     builtin,
+    convolve_zonal,
+    cross_power,
+    deconvolve_zonal,
+    encode_exr,
+    encode_png,
     features,
+    fit_lobe,
+    fit_power_law,
     from_complex,
+    from_harmonic,
+    from_real,
+    gradients_at,
     lambert,
+    linear_of_srgb,
     presets,
+    read_csv,
+    read_linear,
+    read_merl,
+    recover_kernel,
+    recover_lobe,
+    srgb_of_linear,
     synthesise_at,
     to_complex,
+    to_harmonic,
+    to_real,
     vectors,
 )
+from ._records import Estimate, Fit, LightSpectrum, Measurements, PowerLaw, Recovered, Rendering, Verdict
 
-FEATURE_NAMES = ("v1", "v2", "v3", "v4", "v5", "v6", "v7", "red", "green", "blue")
-VARIANTS = ("ward1992", "duer", "gmd", "sampled")
+FEATURE_NAMES: tuple[str, ...] = ("v1", "v2", "v3", "v4", "v5", "v6", "v7", "red", "green", "blue")
+MAPPINGS: tuple[str, ...] = ("lat-long", "angular-map", "mirror-ball", "vertical-cross", "horizontal-cross")
+VARIANTS: tuple[str, ...] = ("ward1992", "duer", "gmd", "sampled")
 
 __all__ = [
     "Camera",
+    "Coefficients",
+    "Coupling",
     "EnvironmentMap",
+    "Estimate",
     "FEATURE_NAMES",
+    "Fit",
+    "LightSpectrum",
     "Lobe",
+    "MAPPINGS",
+    "Mask",
     "Material",
+    "Measurements",
     "Model",
     "Picture",
+    "PowerLaw",
+    "Recovered",
     "Renderer",
+    "Rendering",
     "Rotation",
     "Training",
     "Transform",
     "VARIANTS",
     "Verdict",
+    "__version__",
     "average_power",
     "basis",
+    "basis_gradients",
     "builtin",
+    "convolve_zonal",
+    "cross_power",
+    "deconvolve_zonal",
+    "encode_exr",
+    "encode_png",
     "features",
+    "fit_lobe",
+    "fit_power_law",
     "from_complex",
+    "from_harmonic",
+    "from_real",
+    "gradients_at",
     "lambert",
+    "linear_of_srgb",
     "presets",
+    "read_csv",
+    "read_linear",
+    "read_merl",
+    "recover_kernel",
+    "recover_lobe",
+    "srgb_of_linear",
     "synthesise_at",
     "to_complex",
+    "to_harmonic",
+    "to_real",
     "vectors",
+    "write_exr",
+    "write_png",
 ]

@@ -1,0 +1,483 @@
+//! Power, zonal convolution, other conventions, and spectra of part of a sphere.
+
+use lobes::harmonics::{self, Convention, Coupling as Couplings, Normalisation, Order, Phase};
+use lobes::sphere::Grid;
+use numpy::{Complex64, PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::arrays::{
+    check_finite, check_result, complexes, doubles, leading, shape_name, shaped, zeros,
+};
+use crate::coefficients::{Sets, wrap_all};
+use crate::error;
+use crate::harmonics::Transform;
+
+/// What an operation makes of each set: rows of one length.
+fn each<'py>(
+    py: Python<'py>,
+    sets: &Sets<'py>,
+    length: usize,
+    what: &str,
+    of: impl Fn(harmonics::Coefficients) -> PyResult<Vec<f64>>,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let out = sets.rows(py, length)?;
+    let mut guard = out.readwrite();
+    for (set, row) in sets.each()?.zip(guard.as_slice_mut()?.chunks_mut(length)) {
+        let values = of(set?)?;
+        check_result(&values, what)?;
+        row.copy_from_slice(&values);
+    }
+    drop(guard);
+    Ok(out)
+}
+
+/// The average power of each degree, Σ_m f_lm² / (2l + 1), (…, degree + 1).
+#[pyfunction]
+pub(crate) fn average_power<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let sets = Sets::of(coefficients, "the array of coefficients")?;
+    each(py, &sets, sets.degree + 1, "the power of a degree", |set| {
+        Ok(harmonics::average_power(&set))
+    })
+}
+
+/// The average cross power of each degree, Σ_m a_lm b_lm / (2l + 1), (…, degree + 1), of two arrays of one shape.
+#[pyfunction]
+pub(crate) fn cross_power<'py>(
+    py: Python<'py>,
+    a: &Bound<'py, PyAny>,
+    b: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let (a, b) = (Sets::of(a, "a")?, Sets::of(b, "b")?);
+    if (a.degree, a.orders, &a.shape) != (b.degree, b.orders, &b.shape) {
+        return Err(PyValueError::new_err(format!(
+            "a, of degree {} and orders {}, and b, of degree {} and orders {}, in batches of {} and {}, are not alike",
+            a.degree,
+            a.orders,
+            b.degree,
+            b.orders,
+            shape_name(&a.shape),
+            shape_name(&b.shape)
+        )));
+    }
+    let others = b.each()?.collect::<PyResult<Vec<_>>>()?;
+    let out = a.rows(py, a.degree + 1)?;
+    let mut guard = out.readwrite();
+    let rows = guard.as_slice_mut()?.chunks_mut(a.degree + 1);
+    for ((one, other), row) in a.each()?.zip(&others).zip(rows) {
+        let power = harmonics::cross_power(&one?, other).map_err(error)?;
+        check_result(&power, "the cross power of a degree")?;
+        row.copy_from_slice(&power);
+    }
+    drop(guard);
+    Ok(out)
+}
+
+/// One number for each degree.
+fn by_degree(object: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<f64>> {
+    let array = doubles(object, what)?;
+    if array.ndim() != 1 {
+        return Err(PyValueError::new_err(format!(
+            "{what} has the shape {}, and one number a degree is needed",
+            shape_name(array.shape())
+        )));
+    }
+    let values = array.as_slice()?.to_vec();
+    check_finite(&values, what)?;
+    Ok(values)
+}
+
+fn filtered<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+    filter: impl Fn(&mut harmonics::Coefficients) -> lobes::Result<()>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let sets = Sets::of(coefficients, "the array of coefficients")?;
+    let mut out = Vec::with_capacity(sets.len());
+    for set in sets.each()? {
+        let mut set = set?;
+        filter(&mut set).map_err(error)?;
+        check_result(set.as_slice(), "a coefficient")?;
+        out.push(set);
+    }
+    wrap_all(py, &sets.shape, out, (sets.degree, sets.orders))
+}
+
+/// Each degree times its factor: what a surface whose lobe has these transfers makes of light.
+#[pyfunction]
+pub(crate) fn convolve_zonal<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+    factors: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let factors = by_degree(factors, "the array of factors")?;
+    filtered(py, coefficients, |set| {
+        harmonics::convolve_zonal(set, &factors)
+    })
+}
+
+/// The inverse of `convolve_zonal`: times factor / (factor² + floor²), where the floor is the ratio of noise to signal.
+#[pyfunction]
+#[pyo3(signature = (coefficients, factors, floor=0.0))]
+pub(crate) fn deconvolve_zonal<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+    factors: &Bound<'py, PyAny>,
+    floor: f64,
+) -> PyResult<Bound<'py, PyAny>> {
+    let factors = by_degree(factors, "the array of factors")?;
+    filtered(py, coefficients, |set| {
+        harmonics::deconvolve_zonal(set, &factors, floor)
+    })
+}
+
+/// One of some names, or a `ValueError` that lists them.
+fn one_of<T: Copy>(name: &str, what: &str, all: &[(&str, T)]) -> PyResult<T> {
+    all.iter()
+        .find(|(one, _)| *one == name)
+        .map(|(_, value)| *value)
+        .ok_or_else(|| {
+            let names: Vec<_> = all.iter().map(|(name, _)| *name).collect();
+            PyValueError::new_err(format!(
+                "there is no {what} {name:?}; the names are {}",
+                names.join(", ")
+            ))
+        })
+}
+
+fn convention(normalisation: &str, phase: &str) -> PyResult<Convention> {
+    Ok(Convention {
+        normalisation: one_of(
+            normalisation,
+            "normalisation",
+            &[
+                ("orthonormal", Normalisation::Orthonormal),
+                ("four-pi", Normalisation::FourPi),
+                ("schmidt", Normalisation::Schmidt),
+            ],
+        )?,
+        phase: one_of(
+            phase,
+            "phase",
+            &[
+                ("plain", Phase::Plain),
+                ("condon-shortley", Phase::CondonShortley),
+            ],
+        )?,
+    })
+}
+
+fn storage(order: &str) -> PyResult<Order> {
+    one_of(
+        order,
+        "order of storage",
+        &[("by-order", Order::ByOrder), ("by-degree", Order::ByDegree)],
+    )
+}
+
+/// The complex coefficients a_lm, m ≥ 0, (…, (degree + 1)(degree + 2)/2): those of healpy and ducc0 unless another convention is named.
+#[pyfunction]
+#[pyo3(signature = (coefficients, normalisation="orthonormal", phase="condon-shortley"))]
+pub(crate) fn to_complex<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+    normalisation: &str,
+    phase: &str,
+) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+    let convention = convention(normalisation, phase)?;
+    let sets = Sets::of(coefficients, "the array of coefficients")?;
+    let mut shape = sets.shape.clone();
+    shape.push((sets.degree + 1) * (sets.degree + 2) / 2);
+    let mut values = Vec::new();
+    for set in sets.each()? {
+        values.extend(set?.to_complex(convention));
+    }
+    shaped(py, &shape, values)
+}
+
+/// From complex coefficients as `to_complex` gives them.
+#[pyfunction]
+#[pyo3(signature = (coefficients, normalisation="orthonormal", phase="condon-shortley"))]
+pub(crate) fn from_complex<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+    normalisation: &str,
+    phase: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    const WHAT: &str = "the array of complex coefficients";
+    let convention = convention(normalisation, phase)?;
+    let values = complexes(coefficients, WHAT)?;
+    let count = values.shape().last().copied().unwrap_or(0);
+    // (degree + 1)(degree + 2)/2 of them.
+    let degree = (((8 * count + 1).isqrt() - 1) / 2).saturating_sub(1);
+    if count != (degree + 1) * (degree + 2) / 2 {
+        return Err(PyValueError::new_err(format!(
+            "{WHAT} has {count} values, which are not (degree + 1)(degree + 2)/2 of any degree"
+        )));
+    }
+    let shape = leading(values.shape(), &[count], WHAT)?;
+    let flat = values.as_slice()?;
+    if let Some(index) = flat.iter().position(|value| !value.is_finite()) {
+        return Err(PyValueError::new_err(format!(
+            "{WHAT} holds {} at index {index} of its values; every one must be finite",
+            flat[index]
+        )));
+    }
+    let sets = flat
+        .chunks_exact(count)
+        .map(|one| harmonics::Coefficients::from_complex(degree, convention, one).map_err(error))
+        .collect::<PyResult<Vec<_>>>()?;
+    wrap_all(py, &shape, sets, (degree, degree))
+}
+
+/// Real coefficients of all orders, (…, (degree + 1)²), in another normalisation ("orthonormal", "four-pi", "schmidt"), phase ("plain",
+/// "condon-shortley") and order of storage ("by-order", or "by-degree": l² + l + m).
+#[pyfunction]
+#[pyo3(signature = (coefficients, normalisation="orthonormal", phase="plain", order="by-degree"))]
+pub(crate) fn to_real<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+    normalisation: &str,
+    phase: &str,
+    order: &str,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let (convention, order) = (convention(normalisation, phase)?, storage(order)?);
+    let sets = Sets::of(coefficients, "the array of coefficients")?;
+    let count = (sets.degree + 1) * (sets.degree + 1);
+    each(py, &sets, count, "a coefficient", |set| {
+        Ok(set.to_real(convention, order))
+    })
+}
+
+/// From real coefficients as `to_real` gives them.
+#[pyfunction]
+#[pyo3(signature = (coefficients, normalisation="orthonormal", phase="plain", order="by-degree"))]
+pub(crate) fn from_real<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+    normalisation: &str,
+    phase: &str,
+    order: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    const WHAT: &str = "the array of real coefficients";
+    let (convention, order) = (convention(normalisation, phase)?, storage(order)?);
+    let values = doubles(coefficients, WHAT)?;
+    check_finite(values.as_slice()?, WHAT)?;
+    let count = values.shape().last().copied().unwrap_or(0);
+    let degree = count.isqrt().saturating_sub(1);
+    if count != (degree + 1) * (degree + 1) {
+        return Err(PyValueError::new_err(format!(
+            "{WHAT} has {count} values, which are not (degree + 1)² of any degree"
+        )));
+    }
+    let shape = leading(values.shape(), &[count], WHAT)?;
+    let sets = values
+        .as_slice()?
+        .chunks_exact(count)
+        .map(|one| {
+            harmonics::Coefficients::from_real(degree, convention, order, one).map_err(error)
+        })
+        .collect::<PyResult<Vec<_>>>()?;
+    wrap_all(py, &shape, sets, (degree, degree))
+}
+
+/// A mask that depends on the angle from the pole only.
+#[pyclass(frozen, eq, from_py_object, module = "lobes")]
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Mask {
+    inner: f64,
+    outer: f64,
+}
+
+impl Mask {
+    fn mask(self) -> harmonics::Mask {
+        let Self { inner, outer } = self;
+        if inner == outer {
+            harmonics::Mask::Cap { radius: outer }
+        } else {
+            harmonics::Mask::Apodised { inner, outer }
+        }
+    }
+}
+
+#[pymethods]
+impl Mask {
+    /// 1 for angles below `inner`, in radians, falling as cos² to 0 at `outer`; without it a cap that ends at `inner`.
+    #[new]
+    #[pyo3(signature = (inner, outer=None))]
+    fn new(inner: f64, outer: Option<f64>) -> PyResult<Self> {
+        let outer = outer.unwrap_or(inner);
+        if 0.0 < outer && 0.0 <= inner && inner <= outer && outer <= std::f64::consts::PI {
+            Ok(Self { inner, outer })
+        } else {
+            Err(PyValueError::new_err(format!(
+                "a mask from {inner} to {outer} is not between 0 and π with the inner edge within the outer"
+            )))
+        }
+    }
+
+    /// Where it begins to fall.
+    #[getter]
+    fn inner(&self) -> f64 {
+        self.inner
+    }
+
+    /// Where it is 0.
+    #[getter]
+    fn outer(&self) -> f64 {
+        self.outer
+    }
+
+    /// Its value at angles from the pole, in radians.
+    fn value<'py>(
+        &self,
+        py: Python<'py>,
+        theta: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let theta = doubles(theta, "the array of angles")?;
+        check_finite(theta.as_slice()?, "the array of angles")?;
+        let values = theta
+            .as_slice()?
+            .iter()
+            .map(|&theta| self.mask().value(theta));
+        shaped(py, theta.shape(), values.collect())
+    }
+
+    /// Maps (…, rings, columns) of a transform's grid times the mask.
+    fn apply<'py>(
+        &self,
+        py: Python<'py>,
+        transform: &Transform,
+        maps: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let grid: &Grid = transform.grid_itself();
+        let maps = doubles(maps, "the array of maps")?;
+        leading(
+            maps.shape(),
+            &[grid.rings(), grid.columns()],
+            "the array of maps",
+        )?;
+        let mut values = maps.as_slice()?.to_vec();
+        for map in values.chunks_exact_mut(grid.len()) {
+            self.mask().apply(grid, map).map_err(error)?;
+        }
+        shaped(py, maps.shape(), values)
+    }
+
+    fn __repr__(&self) -> String {
+        if self.inner == self.outer {
+            format!("Mask({:?})", self.inner)
+        } else {
+            format!("Mask({:?}, {:?})", self.inner, self.outer)
+        }
+    }
+
+    fn __hash__(&self) -> u64 {
+        self.inner.to_bits() ^ self.outer.to_bits().rotate_left(17)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (f64, f64)) {
+        let Self { inner, outer } = *slf.get();
+        (slf.get_type().into_any(), (inner, outer))
+    }
+}
+
+/// How a mask couples the degrees of what it leaves.
+#[pyclass(frozen, module = "lobes")]
+pub(crate) struct Coupling {
+    coupling: Couplings,
+    mask: Mask,
+}
+
+#[pymethods]
+impl Coupling {
+    #[new]
+    fn new(py: Python<'_>, mask: Mask, degree: usize) -> PyResult<Self> {
+        let coupling = crate::interrupt::run(py, move || Couplings::new(mask.mask(), degree))?
+            .map_err(error)?;
+        Ok(Self { coupling, mask })
+    }
+
+    /// The largest degree.
+    #[getter]
+    fn degree(&self) -> usize {
+        self.coupling.degree()
+    }
+
+    /// The mask.
+    #[getter]
+    fn mask(&self) -> Mask {
+        self.mask
+    }
+
+    /// What degree l of the masked field, a row, has of degree l′ of the whole, a column.
+    #[getter]
+    fn matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let matrix = self.coupling.matrix();
+        let size = self.degree() + 1;
+        let out = zeros::<f64>(py, &[size, size])?;
+        let mut guard = out.readwrite();
+        for (index, value) in guard.as_slice_mut()?.iter_mut().enumerate() {
+            *value = matrix[(index / size, index % size)];
+        }
+        drop(guard);
+        Ok(out)
+    }
+
+    /// The mean power of the masked field, of a field of this power over the whole sphere.
+    fn couple<'py>(
+        &self,
+        py: Python<'py>,
+        power: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let power = by_degree(power, "the array of powers")?;
+        let coupled = self.coupling.couple(&power).map_err(error)?;
+        check_result(&coupled, "the power of a degree")?;
+        Ok(PyArray1::from_vec(py, coupled))
+    }
+
+    /// The power of the whole sphere in bands, from that of the masked field: band b holds the degrees `edges[b]` … `edges[b + 1]` − 1.
+    ///
+    /// Within a band the power is taken as `shape`, a number for each degree, times the one unknown that comes back; constant unless given.
+    #[pyo3(signature = (masked, edges, shape=None))]
+    fn decouple<'py>(
+        &self,
+        py: Python<'py>,
+        masked: &Bound<'py, PyAny>,
+        edges: Vec<usize>,
+        shape: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let masked = by_degree(masked, "the array of powers")?;
+        let shape = match shape {
+            Some(shape) => by_degree(shape, "the shape within bands")?,
+            None => vec![1.0; self.degree() + 1],
+        };
+        if shape.len() != self.degree() + 1 {
+            return Err(PyValueError::new_err(format!(
+                "the shape within bands has {} values where {}, one a degree, are needed",
+                shape.len(),
+                self.degree() + 1
+            )));
+        }
+        let power = self
+            .coupling
+            .decouple(&masked, &edges, |l| shape[l])
+            .map_err(error)?;
+        check_result(&power, "the power of a band")?;
+        Ok(PyArray1::from_vec(py, power))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Coupling({}, {})", self.mask.__repr__(), self.degree())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (Mask, usize)) {
+        (
+            slf.get_type().into_any(),
+            (slf.get().mask, slf.get().degree()),
+        )
+    }
+}
