@@ -6,8 +6,8 @@
 //!
 //! The paper does not say which of Ward's lobes Radiance had, whether its numbers are Radiance's arguments or albedos, what
 //! stands behind the sphere, to which degree the sums go, or how features are scaled. Each combination is tried on the built-in maps,
-//! the nearest neighbour leaving one map out, and printed with how many spheres are named right, and how many of the
-//! misses are gold or old gold taken for each other. Nothing is chosen by it. Without `--whole` it takes four maps and the default lobe and degree.
+//! the nearest neighbour leaving one map out, and printed with how many spheres are named right, how many of the
+//! misses are of gold or old gold, and how many of those are taken for the other of the two. Nothing is chosen by it. Without `--whole` it takes four maps and the default lobe and degree.
 
 use lobes::classify::{
     NearestNeighbour, Plan, Protocol, Reader, Scaling, collect, leave_one_illumination_out,
@@ -27,8 +27,10 @@ struct Outcome {
     scaling: Scaling,
     right: usize,
     total: usize,
-    /// Misses of which both the truth and the answer are gold or old gold.
+    /// Misses of which the truth is gold or old gold.
     of_gold: usize,
+    /// Those of them that are taken for the other of the two.
+    between: usize,
     /// The commonest miss and how often it occurs.
     commonest: String,
 }
@@ -40,7 +42,7 @@ impl Outcome {
 
     fn row(&self) -> String {
         format!(
-            "| {} | {} | {} | {} | {} | {}/{} = {:.1} % | {} of {} | {} |",
+            "| {} | {} | {} | {} | {} | {}/{} = {:.1} % | {} | {} | {} | {} |",
             self.lobe,
             self.reading,
             self.behind,
@@ -49,16 +51,17 @@ impl Outcome {
             self.right,
             self.total,
             100.0 * self.right as f64 / self.total as f64,
-            self.of_gold,
             self.misses(),
+            self.of_gold,
+            self.between,
             self.commonest,
         )
     }
 }
 
 const HEADING: &str = "\
-| lobe | numbers read as | behind | top degree | scaling | right | misses between gold and old gold | commonest miss |
-| --- | --- | --- | ---: | --- | ---: | ---: | --- |";
+| lobe | numbers read as | behind | top degree | scaling | right | misses | of gold or old gold | between the two | commonest |
+| --- | --- | --- | ---: | --- | ---: | ---: | ---: | ---: | --- |";
 
 fn outcomes(
     lobe: Variant,
@@ -132,7 +135,8 @@ fn outcomes(
                 scaling,
                 right: evaluation.correct(),
                 total: evaluation.total(),
-                of_gold: confusions
+                of_gold: confusions.iter().filter(|c| gold(c.truth)).count(),
+                between: confusions
                     .iter()
                     .filter(|c| gold(c.truth) && gold(c.said))
                     .count(),
@@ -161,22 +165,29 @@ fn main() -> Result<()> {
             all.extend(outcomes(lobe, reading, &materials, degrees, &maps)?);
         }
     }
-    let lambda = |o: &Outcome| o.of_gold as f64 / o.misses().max(1) as f64;
-    all.sort_by(|a, b| lambda(b).total_cmp(&lambda(a)).then(b.right.cmp(&a.right)));
+    let only = all
+        .iter()
+        .filter(|o| o.misses() > 0 && o.of_gold == o.misses());
     println!(
-        "{} combinations; in {} all misses are between gold and old gold. The twelve with the largest share of such misses:\n",
+        "{} combinations; in {} all misses are of gold or old gold.",
         all.len(),
-        all.iter()
-            .filter(|o| o.misses() > 0 && o.of_gold == o.misses())
-            .count(),
+        only.count(),
     );
-    println!("{HEADING}");
-    for outcome in all.iter().take(12) {
-        println!("{}", outcome.row());
+    let parts: [(&str, fn(&Outcome) -> usize); 2] = [
+        ("of gold or old gold", |o| o.of_gold),
+        ("between gold and old gold", |o| o.between),
+    ];
+    for (what, of) in parts {
+        let share = |o: &Outcome| of(o) as f64 / o.misses().max(1) as f64;
+        all.sort_by(|a, b| share(b).total_cmp(&share(a)).then(b.right.cmp(&a.right)));
+        println!("\nThe six with the largest share of misses {what}:\n\n{HEADING}");
+        for outcome in all.iter().take(6) {
+            println!("{}", outcome.row());
+        }
     }
     all.sort_by_key(|outcome| std::cmp::Reverse(outcome.right));
-    println!("\nThe twelve that name most spheres right:\n\n{HEADING}");
-    for outcome in all.iter().take(12) {
+    println!("\nThe six that name most spheres right:\n\n{HEADING}");
+    for outcome in all.iter().take(6) {
         println!("{}", outcome.row());
     }
     // One in eight is chance.

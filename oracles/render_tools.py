@@ -109,11 +109,23 @@ def emitter(pixels, times=4):
     return {"type": "envmap", "bitmap": mi.Bitmap(finer.astype(np.float32))}
 
 
-def scene(environment, diffuse, specular, sigma, size):
-    """The unit sphere from +z, orthographic, `size` pixels a side."""
+def mirror_bsdf(diffuse, specular):
+    """rho_d / pi and a mirror of rho_s: Mitsuba's own two, blended by what each reflects."""
+    share = sum(specular) / (sum(diffuse) + sum(specular))
+    mirror = {"type": "conductor", "material": "none", "specular_reflectance": {"type": "rgb", "value": [s / share for s in specular]}}
+    if share == 1:
+        return mirror
+    body = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [d / (1 - share) for d in diffuse]}}
+    return {"type": "blendbsdf", "weight": share, "first": body, "second": mirror}
+
+
+def scene(environment, diffuse, specular, sigma, size, mirror=False):
+    """The unit sphere from +z, orthographic, `size` pixels a side; with `mirror` what is specular is one, whatever sigma."""
     bsdf = {"type": "lobes_ward", "sigma": sigma}
     for values, name in ((diffuse, "diffuse"), (specular, "specular")):
         bsdf.update({f"{name}_{c}": value for c, value in zip("rgb", values)})
+    if mirror:
+        bsdf = mirror_bsdf(diffuse, specular)
     return mi.load_dict(
         {
             "type": "scene",

@@ -309,14 +309,18 @@ fn reproduce_writes_the_whole_page() {
     }
 }
 
-/// Debevec's probes are square angular maps, which a mirror ball could be too: the user says which.
+/// Debevec's probes are square angular maps, which a mirror ball could be too: the user says which. A cross among them is known by its shape.
 #[test]
-fn a_folder_of_angular_maps_works() {
+fn a_folder_of_angular_maps_and_crosses_works() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     std::fs::create_dir(at.join("probes")).unwrap();
-    for (name, rgbe) in [("a", [90, 120, 160, 129]), ("b", [160, 90, 70, 130])] {
-        std::fs::write(at.join(format!("probes/{name}.hdr")), hdr(96, 96, rgbe)).unwrap();
+    for (name, width, rgbe) in [
+        ("a", 96, [90, 120, 160, 129]),
+        ("b", 96, [160, 90, 70, 130]),
+        ("cross", 72, [120, 110, 90, 129]),
+    ] {
+        std::fs::write(at.join(format!("probes/{name}.hdr")), hdr(width, 96, rgbe)).unwrap();
     }
     let output = lobes(
         &[
@@ -344,6 +348,8 @@ fn a_folder_of_angular_maps_works() {
         said,
         serde_json::from_slice::<serde_json::Value>(&written).unwrap()
     );
+    let names = &said["settings"]["illuminations"];
+    assert_eq!(*names, serde_json::json!(["a", "b", "cross"]));
     assert!(at.join("r/index.html").is_file());
 }
 
