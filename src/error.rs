@@ -61,6 +61,24 @@ pub enum Error {
         /// The error reached, as estimated.
         reached: f64,
     },
+    /// Nothing has the name that was given.
+    #[error("there is no {what} {name:?}; the names are {}", names.join(", "))]
+    UnknownName {
+        /// What was named.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// The names that there are.
+        names: Vec<String>,
+    },
+    /// Two maps of one set hold the same pixels, so that leaving one out leaves its light in.
+    #[error("the maps {first:?} and {second:?} hold the same pixels; take one of them away")]
+    SameLight {
+        /// The name of the first map.
+        first: String,
+        /// The name of the second.
+        second: String,
+    },
     /// The input is well formed but the operation has no answer for it.
     #[error("{0}")]
     Unanswerable(String),

@@ -14,13 +14,12 @@ macro_rules! named {
 
             fn from_str(name: &str) -> $crate::Result<Self> {
                 let mut all = Self::ALL.into_iter();
-                all.find(|one| one.name() == name).ok_or_else(|| {
-                    $crate::Error::Unanswerable(format!(
-                        "there is no {} {name:?}; the names are {}",
-                        $what,
-                        Self::ALL.map(Self::name).join(", ")
-                    ))
-                })
+                all.find(|one| one.name() == name)
+                    .ok_or_else(|| $crate::Error::UnknownName {
+                        what: $what,
+                        name: name.to_owned(),
+                        names: Self::ALL.map(|one| one.name().to_owned()).into(),
+                    })
             }
         }
     };

@@ -28,6 +28,7 @@ fn dataset(count: usize, exposure: f64) -> Dataset<Reading> {
     let mut data = Dataset {
         materials: vec!["matte".into(), "mirror".into()],
         illuminations: (0..count).map(|i| format!("light {i}")).collect(),
+        scenes: Default::default(),
         observations: Vec::new(),
         render_error: 0.0,
     };

@@ -120,6 +120,7 @@ fn dataset(rows: &[(usize, usize, Vec<f64>)], labels: usize) -> Dataset<Vec<f64>
     Dataset {
         materials: (0..labels).map(|i| format!("material {i}")).collect(),
         illuminations: (0..illuminations).map(|i| format!("light {i}")).collect(),
+        scenes: Default::default(),
         observations: rows
             .iter()
             .map(|(illumination, material, features)| Observation {

@@ -4,6 +4,16 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+/// Runs the command with a file as its standard input.
+fn lobes_reading(arguments: &[&str], folder: &Path, file: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lobes"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(std::fs::File::open(file).unwrap())
+        .output()
+        .expect("the command runs")
+}
+
 fn lobes(arguments: &[&str], folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_lobes"))
         .args(arguments)
@@ -159,7 +169,6 @@ fn bad_options_get_a_sentence() {
     fails(at, &["render", "--light", "nowhere"], &["nowhere"]);
 }
 
-/// The table that people read, of the light in the library.
 /// What is too much, too little or nothing at all is refused at once, by a sentence, and leaves nothing.
 #[test]
 fn bad_amounts_get_a_sentence() {
@@ -225,12 +234,14 @@ fn bad_amounts_get_a_sentence() {
     assert_eq!(output.status.code(), Some(1));
 }
 
+/// The table that people read, of the light in the library.
 #[test]
 fn the_table_of_the_built_in_light() {
     let folder = tempfile::tempdir().unwrap();
-    let output = lobes(&["spectrum"], folder.path());
+    let output = lobes(&["spectrum", "--plot", "s.svg"], folder.path());
     assert!(output.status.success());
-    assert!(folder.path().join("spectrum.svg").is_file());
+    let plot = std::fs::read_to_string(folder.path().join("s.svg")).unwrap();
+    assert!(plot.contains("<svg") && plot.contains("median"));
     insta::assert_snapshot!(String::from_utf8_lossy(&output.stdout));
 }
 
@@ -527,4 +538,433 @@ fn classify_says_what_is_wrong_and_does_the_rest() {
     std::fs::create_dir(at.join("empty")).unwrap();
     let output = classify(at, &["empty"]);
     assert!(String::from_utf8_lossy(&output.stderr).contains("holds no picture"));
+}
+
+/// A plot is written where it is asked for, as what its name says, and nothing else is written.
+#[test]
+fn plots_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.pfm"), pfm(2.0)).unwrap();
+    let before = entries(at);
+    for flags in [&[][..], &["--quiet", "--json"]] {
+        let arguments = [&["spectrum", "a.pfm", "--degree", "7"], flags].concat();
+        assert!(lobes(&arguments, at).status.success());
+        assert_eq!(entries(at), before, "{arguments:?} wrote something");
+    }
+    for name in ["x.png", "x", "x.svg.gz"] {
+        let output = lobes(&["spectrum", "a.pfm", "--plot", name], at);
+        assert_eq!(output.status.code(), Some(2), "{name}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(message.contains("ends in .svg"), "{message}");
+        assert_eq!(entries(at), before);
+    }
+    let output = lobes(
+        &["spectrum", "a.pfm", "--degree", "7", "--plot", "x.SVG"],
+        at,
+    );
+    assert!(output.status.success());
+    let plot = std::fs::read_to_string(at.join("x.SVG")).unwrap();
+    assert!(!plot.contains("median"), "one map has no median");
+}
+
+#[test]
+fn lists_of_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (what, key, count) in [
+        ("lights", "light", 17),
+        ("materials", "material", 8),
+        ("lobes", "lobe", 4),
+    ] {
+        let table = lobes(&["list", what], at);
+        let table = String::from_utf8(table.stdout).unwrap();
+        let json = lobes(&["list", what, "--json"], at);
+        let json = String::from_utf8(json.stdout).unwrap();
+        assert_eq!(json.lines().count(), count);
+        for line in json.lines() {
+            let value: serde_json::Value = serde_json::from_str(line).unwrap();
+            assert!(table.contains(value[key].as_str().unwrap()), "{line}");
+        }
+        assert_eq!(table.lines().count(), count + 1, "{table}");
+    }
+    let lobe = lobes(&["list", "lobes", "--json"], at);
+    let lobe = String::from_utf8(lobe.stdout).unwrap();
+    assert_eq!(lobe.matches("\"default\":true").count(), 1);
+    // What is listed is taken.
+    let some = [
+        "list",
+        "materials",
+        "--material",
+        "silver",
+        "--material",
+        "black plastic",
+        "--json",
+    ];
+    let some = String::from_utf8(lobes(&some, at).stdout).unwrap();
+    let names: Vec<String> = some
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap())
+        .map(|value| value["material"].as_str().unwrap().to_owned())
+        .collect();
+    assert_eq!(names, ["silver", "black plastic"]);
+}
+
+/// Names that nothing has are answered with those that there are, the nearest first, and shells complete them.
+#[test]
+fn names_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let light = ["render", "--light", "blender-city", "--material"];
+    fails(
+        at,
+        &[&light[..], &["silvr"]].concat(),
+        &["no material \"silvr\"; the names are silver, "],
+    );
+    fails(
+        at,
+        &["render", "--light", "blender-citty"],
+        &["blender-citty", "maps are blender-city, "],
+    );
+    for (arguments, words) in [
+        (
+            &["reproduce", "--protocol", "blnd"][..],
+            &[
+                "paper",
+                "blind",
+                "tilted",
+                "photograph",
+                "continuous",
+                "files",
+                "all",
+            ][..],
+        ),
+        (
+            &["fit", "a.csv", "--lobe", "ward"],
+            &["ward1992", "duer", "gmd", "sampled"],
+        ),
+        (
+            &["spectrum", "--mapping", "cube"],
+            &["lat-long", "angular-map", "mirror-ball", "vertical-cross"],
+        ),
+        (
+            &["reproduce", "--classifier", "best"],
+            &["paper", "combined", "dror-nearest"],
+        ),
+    ] {
+        let output = lobes(arguments, at);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        for word in words {
+            assert!(message.contains(word), "no {word} in {message}");
+        }
+    }
+    for shell in ["bash", "zsh", "fish"] {
+        let script = String::from_utf8(lobes(&["completions", shell], at).stdout).unwrap();
+        for word in [
+            "blender-city",
+            "black plastic",
+            "sampled",
+            "photograph",
+            "log-bands",
+            "mirror-ball",
+        ] {
+            let plain = script.replace('\\', "");
+            assert!(plain.contains(word), "{shell} does not complete {word}");
+        }
+    }
+}
+
+/// What comes through a pipe is read as a file is, whatever it is.
+#[test]
+fn standard_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.pfm"), pfm(2.0)).unwrap();
+    std::fs::write(at.join("a.hdr"), hdr(64, 32, GREY)).unwrap();
+    for (file, name) in [("a.pfm", "a"), ("a.hdr", "a")] {
+        let piped = lobes_reading(&["spectrum", "-", "--json"], at, &at.join(file));
+        let opened = lobes(&["spectrum", file, "--json"], at);
+        let line = |output: Output| -> serde_json::Value {
+            assert!(output.status.success());
+            serde_json::from_slice(&output.stdout).unwrap()
+        };
+        let (piped, opened) = (line(piped), line(opened));
+        assert_eq!(opened["map"], name);
+        assert_eq!(piped["map"], "standard input");
+        assert_eq!(piped["luminance"], opened["luminance"]);
+    }
+    let silver = ["--material", "silver", "--size", "96", "--tolerance", "0.1"];
+    let render = [&["render", "--light", "-", "--out", "s"], &silver[..]].concat();
+    let output = lobes_reading(&render, at, &at.join("a.hdr"));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(at.join("s/silver.png").is_file());
+    // Bad bytes, and none, are one sentence.
+    std::fs::write(at.join("text"), "text").unwrap();
+    std::fs::write(at.join("empty"), "").unwrap();
+    for verb in [
+        &["spectrum", "-"][..],
+        &["render", "--light", "-"],
+        &["classify", "-"],
+        &["fit", "-"],
+    ] {
+        for file in ["text", "empty"] {
+            let output = lobes_reading(verb, at, &at.join(file));
+            assert_eq!(output.status.code(), Some(1), "{verb:?} {file}");
+            let message = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(message.lines().count(), 1, "{message}");
+            assert!(message.contains("standard input"), "{message}");
+        }
+    }
+    assert!(!at.join("spheres").exists());
+    let mut table = "theta_i,phi_i,theta_o,phi_o,value\n".to_owned();
+    for degrees in (0..85).step_by(5) {
+        for other in (0..85).step_by(5) {
+            let off = f64::from(degrees - other);
+            let value = 0.1 + 0.5 * (-off * off / 50.0).exp();
+            table.push_str(&format!("{degrees},0,{other},180,{value}\n"));
+        }
+    }
+    std::fs::write(at.join("a.csv"), table).unwrap();
+    let piped = lobes_reading(&["fit", "-"], at, &at.join("a.csv"));
+    let opened = lobes(&["fit", "a.csv"], at);
+    assert!(piped.status.success() && !piped.stdout.is_empty());
+    assert_eq!(piped.stdout, opened.stdout);
+}
+
+/// One bad file of many is told by name, and the others are done.
+#[test]
+fn one_bad_file_silences_nobody() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.pfm"), pfm(2.0)).unwrap();
+    std::fs::write(at.join("b.pfm"), pfm(f32::NAN)).unwrap();
+    std::fs::write(at.join("c.pfm"), pfm(1.0)).unwrap();
+    std::fs::write(at.join("d.pfm"), pfm(3.0)).unwrap();
+    let files = ["spectrum", "a.pfm", "b.pfm", "none.pfm", "c.pfm", "d.pfm"];
+    let output = lobes(&files, at);
+    assert_eq!(output.status.code(), Some(1));
+    let table = String::from_utf8_lossy(&output.stdout);
+    assert!(table.lines().any(|line| line.starts_with(" a ")), "{table}");
+    assert!(table.lines().any(|line| line.starts_with(" d ")), "{table}");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    let lines: Vec<&str> = message.lines().collect();
+    assert_eq!(lines.len(), 4, "{message}");
+    for (line, word) in lines.iter().zip(["b.pfm", "none.pfm", "c.pfm", "3 of 5"]) {
+        assert!(line.contains(word), "{line}");
+    }
+    let json = lobes(&[&files[..], &["--json"]].concat(), at);
+    assert_eq!(String::from_utf8_lossy(&json.stdout).lines().count(), 5);
+    // A degree that a map does not carry is said, with both.
+    let output = lobes(&["spectrum", "a.pfm", "--degree", "500"], at);
+    assert!(output.status.success());
+    let message = String::from_utf8_lossy(&output.stderr);
+    for word in ["a.pfm", "500", " 7,"] {
+        assert!(message.contains(word), "{message}");
+    }
+}
+
+/// No two materials are written to one file, nor is one named twice.
+#[test]
+fn materials_have_names_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let material = |name: &str| {
+        format!("[[material]]\nname = {name:?}\nkind = 'plastic'\nreflectance = [0.9, 0.9, 0.9]\n")
+    };
+    std::fs::write(at.join("slug.toml"), material("a b") + &material("a-b")).unwrap();
+    std::fs::write(at.join("twice.toml"), material("a") + &material("a")).unwrap();
+    std::fs::write(at.join("set.toml"), "size = 4\nmaterials = 'slug.toml'\n").unwrap();
+    let render = ["render", "--light", "blender-city", "--materials"];
+    fails(
+        at,
+        &[&render[..], &["slug.toml"]].concat(),
+        &["slug.toml", "\"a b\"", "\"a-b\""],
+    );
+    fails(
+        at,
+        &[&render[..], &["twice.toml"]].concat(),
+        &["twice.toml", "\"a\""],
+    );
+    fails(
+        at,
+        &["render", "--set", "set.toml", "--out", "s"],
+        &["\"a b\"", "\"a-b\""],
+    );
+    // One of the two alone is well.
+    let one = [
+        &render[..],
+        &[
+            "slug.toml",
+            "--material",
+            "a b",
+            "--size",
+            "8",
+            "--out",
+            "o",
+        ],
+    ];
+    assert!(lobes(&one.concat(), at).status.success());
+}
+
+#[test]
+fn missing_snapshots_are_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fails(
+        at,
+        &["accuracy", "--snapshots", "none"],
+        &["none", "snapshots"],
+    );
+    fails(at, &["accuracy"], &["snapshots"]);
+}
+
+/// A map of its own for each seed, which no other looks like.
+fn scene(seed: usize, width: usize) -> Vec<u8> {
+    let mut bytes = format!("PF\n{width} {}\n-1.0\n", width / 2).into_bytes();
+    for i in 0..width * width / 2 {
+        // PFM's rows begin at the bottom.
+        let (x, y) = (i % width, i / width);
+        let (u, v) = (x * 16 / width, y * 16 / width);
+        let hash = (u * 7919 + v * 104_729 + seed * 1_299_709) * 2_654_435_761 % 4_294_967_296;
+        let value = 0.1 + 4.0 * (hash as f64 / 4_294_967_296.0).powi(3);
+        for channel in [1.0, 0.8, 0.6] {
+            bytes.extend(((value * channel) as f32).to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// Maps that stand twice: the same pixels are refused, the same light is left out together, and so is what a file says.
+#[test]
+fn maps_of_one_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let maps = at.join("maps");
+    std::fs::create_dir(&maps).unwrap();
+    for seed in 0..4 {
+        std::fs::write(maps.join(format!("{seed}.pfm")), scene(seed, 64)).unwrap();
+    }
+    let run = |more: &[&str]| {
+        let base = [
+            "reproduce",
+            "--illuminations",
+            "maps",
+            "--size",
+            "24",
+            "--out",
+            "r",
+            "--json",
+        ];
+        lobes(&[&base[..], more].concat(), at)
+    };
+    let together = |output: &Output| -> serde_json::Value {
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{message}");
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        said["settings"]["left_out_together"].clone()
+    };
+    let apart = run(&[]);
+    assert_eq!(together(&apart), serde_json::json!([]));
+    assert!(apart.stderr.is_empty());
+    std::fs::write(
+        at.join("groups.toml"),
+        "groups = [['1', '3']] # one street\n",
+    )
+    .unwrap();
+    let named = run(&["--groups", "groups.toml"]);
+    assert_eq!(together(&named), serde_json::json!([["1", "3"]]));
+    // Four times the pixels: another file of the same light.
+    std::fs::write(maps.join("large.pfm"), scene(2, 128)).unwrap();
+    let alike = run(&[]);
+    assert_eq!(together(&alike), serde_json::json!([["2", "large"]]));
+    let message = String::from_utf8_lossy(&alike.stderr);
+    assert!(
+        message.contains("\"2\"") && message.contains("\"large\""),
+        "{message}"
+    );
+    for (text, words) in [
+        ("groups = [['1', 'street']]", ["street", "names are"]),
+        ("groups = [['1']]", ["fewer than two", "groups ="]),
+        ("groups = 7", ["line 1", "groups ="]),
+        ("scenes = []", ["line 1", "groups ="]),
+    ] {
+        std::fs::write(at.join("bad.toml"), text).unwrap();
+        let base = [
+            "reproduce",
+            "--illuminations",
+            "maps",
+            "--out",
+            "q",
+            "--groups",
+        ];
+        fails(
+            at,
+            &[&base[..], &["bad.toml"]].concat(),
+            &[&["bad.toml"], &words[..]].concat(),
+        );
+    }
+    std::fs::write(maps.join("copy.pfm"), scene(1, 64)).unwrap();
+    fails(
+        at,
+        &["reproduce", "--illuminations", "maps", "--out", "q"],
+        &["maps", "1.pfm", "copy.pfm", "same pixels"],
+    );
+}
+
+/// What was learned is kept with a checksum and with what it depends on: nothing else is ever used, and that is said.
+#[test]
+fn what_is_kept_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let picture = lobes::report::encode_png(48, 48, 1.0, |y, x| {
+        let (u, v) = ((x as f64 - 23.5) / 20.0, (y as f64 - 23.5) / 20.0);
+        let square = u * u + v * v;
+        (square < 1.0).then(|| [0.1 + 0.5 * ((1.0 - square).sqrt() - v).max(0.0); 3])
+    });
+    std::fs::write(at.join("a.png"), picture.unwrap()).unwrap();
+    let kept = || -> Vec<std::path::PathBuf> {
+        let files = std::fs::read_dir(at.join("cache/lobes")).unwrap();
+        files.map(|file| file.unwrap().path()).collect()
+    };
+    let first = classify(at, &["a.png"]);
+    let message = String::from_utf8_lossy(&first.stderr).into_owned();
+    assert!(first.status.success(), "{message}");
+    for word in ["once", "kept in", "MB", "learned in"] {
+        assert!(message.contains(word), "no {word} in {message}");
+    }
+    let second = classify(at, &["a.png"]);
+    assert_eq!(second.stdout, first.stdout);
+    assert!(!String::from_utf8_lossy(&second.stderr).contains("learn"));
+    // A bit that has changed is noticed, said, and mended.
+    let path = kept().remove(0);
+    let whole = std::fs::read(&path).unwrap();
+    for damage in [whole.len() / 2, whole.len() - 1, 20] {
+        let mut bytes = whole.clone();
+        bytes[damage] ^= 1;
+        std::fs::write(&path, &bytes).unwrap();
+        let output = classify(at, &["a.png"]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(message.contains("damaged"), "{damage}: {message}");
+        assert_eq!(output.stdout, first.stdout);
+        assert_eq!(std::fs::read(&path).unwrap(), whole, "made anew as it was");
+    }
+    // Other materials are another file.
+    let output = classify(
+        at,
+        &[
+            "a.png",
+            "--material",
+            "silver",
+            "--material",
+            "black plastic",
+        ],
+    );
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("other materials"), "{message}");
+    assert_eq!(kept().len(), 2);
 }

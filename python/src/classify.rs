@@ -410,6 +410,7 @@ impl Training {
             named: Dataset {
                 materials,
                 illuminations,
+                scenes: Default::default(),
                 observations,
                 render_error,
             },

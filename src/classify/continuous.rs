@@ -7,6 +7,7 @@ use rand_pcg::Pcg64;
 use super::evidence::log_sum_exp;
 use super::posterior::Posterior;
 use super::protocol::{Parts, Plan, View};
+use super::scenes::Scenes;
 use crate::illumination::{EnvironmentMap, Luminance};
 use crate::reflection::{Camera, Renderer, SphereImage};
 use crate::{Error, Parallelism, Result};
@@ -200,6 +201,7 @@ pub struct LearnedPosterior {
     truths: Vec<Reflectance>,
     illuminations: Vec<usize>,
     judged: Vec<bool>,
+    scenes: Scenes,
     centre: DVector<f64>,
     moments: Vec<Moments>,
     shares: Vec<f64>,
@@ -347,12 +349,20 @@ impl LearnedPosterior {
             truths: samples.iter().map(|s| s.truth).collect(),
             illuminations: samples.iter().map(|s| s.illumination).collect(),
             judged: samples.iter().map(|s| s.judged).collect(),
+            scenes: Scenes::default(),
             centre,
             moments,
             shares: shares.to_vec(),
             sigmas: sigmas.to_vec(),
             points,
         })
+    }
+
+    /// With the scenes that the illuminations belong to: those of one are left out together.
+    #[must_use]
+    pub fn with_scenes(mut self, scenes: &Scenes) -> Self {
+        self.scenes = scenes.clone();
+        self
     }
 
     /// The samples that are judged.
@@ -420,20 +430,20 @@ impl LearnedPosterior {
         })
     }
 
-    /// ln-likelihoods of every sample of the illuminations that are seen, by what was learned from the others of them.
+    /// ln-likelihoods of every sample of the illuminations that are seen, by what was learned from those of other scenes.
     fn inner_loop(&self, seen: &[bool]) -> Result<Vec<(usize, Vec<f64>)>> {
-        let folds: Vec<usize> = (0..seen.len()).filter(|&i| seen[i]).collect();
+        let folds = self.scenes.among(seen);
         if folds.len() < 2 {
             return Err(Error::Unanswerable(
-                "weighing a likelihood needs two illuminations to learn from, or more".into(),
+                "weighing a likelihood needs two scenes to learn from, or more".into(),
             ));
         }
         let mut logs = Vec::new();
-        for &left_out in &folds {
-            let mut inner = seen.to_vec();
-            inner[left_out] = false;
+        for left_out in folds {
+            let inner = self.scenes.others(seen, left_out);
             let model = self.fit(&inner, 1.0)?;
-            let of = (0..self.features.len()).filter(|&i| self.illuminations[i] == left_out);
+            let of = (0..self.features.len())
+                .filter(|&i| seen[self.illuminations[i]] && !inner[self.illuminations[i]]);
             logs.extend(of.map(|i| (i, model.log_likelihoods(&self.features[i]))));
         }
         Ok(logs)
@@ -452,10 +462,10 @@ impl LearnedPosterior {
             .sum()
     }
 
-    /// Learns from the illuminations that are seen; the weight is chosen among them, leaving one out at a time.
+    /// Learns from the illuminations that are seen; the weight is chosen among them, leaving one scene out at a time.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for fewer than two illuminations or too few samples.
+    /// [`Error::Unanswerable`] for fewer than two scenes or too few samples.
     pub fn learn(&self, seen: &[bool]) -> Result<PosteriorModel> {
         let logs = self.inner_loop(seen)?;
         self.fit(seen, self.weight(&logs))
@@ -467,7 +477,7 @@ impl LearnedPosterior {
         likeliest(weights, |weight| self.score(logs.iter().cloned(), weight))
     }
 
-    /// The posteriors of every judged sample, by what has seen nothing under its illumination: by what is learned, by evidence, and by both.
+    /// The posteriors of every judged sample, by what has seen nothing of its illumination's scene: by what is learned, by evidence, and by both.
     ///
     /// `evidence[i]` are the ln-likelihoods that [`ReflectanceGrid`](super::ReflectanceGrid) gives sample i on the same shares and roughnesses; those of samples that are not judged
     /// are not used. The weights are chosen by the inner loop: that of evidence, which learns nothing else, and, beside the learned posterior at its own weight, that of what evidence says of σ.
@@ -489,9 +499,10 @@ impl LearnedPosterior {
             let given = evidence[i].as_ref().map_or(0, Vec::len);
             crate::error::check_length("the evidence of a sample", self.points.len(), given)?;
         }
-        let folds = parallelism.map(self.moments.len(), |left_out| {
-            let mut seen = vec![true; self.moments.len()];
-            seen[left_out] = false;
+        let all = vec![true; self.moments.len()];
+        let scenes = self.scenes.among(&all);
+        let folds = parallelism.map(scenes.len(), |fold| {
+            let seen = self.scenes.others(&all, scenes[fold]);
             let logs = self.inner_loop(&seen)?;
             let own = self.weight(&logs);
             let model = self.fit(&seen, own)?;
@@ -522,7 +533,7 @@ impl LearnedPosterior {
             let posteriors = judged
                 .iter()
                 .copied()
-                .filter(|&i| self.illuminations[i] == left_out)
+                .filter(|&i| !seen[self.illuminations[i]])
                 .map(|i| {
                     let learned = model.log_likelihoods(&self.features[i]);
                     JudgedPosteriors {

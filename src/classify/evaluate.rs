@@ -105,10 +105,10 @@ impl Evaluation {
     }
 }
 
-/// Names every observation with a classifier that has seen nothing under the same illumination.
+/// Names every observation with a classifier that has seen nothing of the same group: of the same illumination or, where several
+/// illuminations are of one place, of the same [scene](crate::classify::Scenes).
 ///
-/// All observations of one group (an illumination) are left out together, and with them everything
-/// that is learned from them. Equal scores go to the label that comes first.
+/// All observations of one group are left out together, and with them everything that is learned from them. Equal scores go to the label that comes first.
 ///
 /// - `labels[i]`, `groups[i]`: the label and the group of observation i.
 /// - `label_count`: how many labels there are.

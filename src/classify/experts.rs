@@ -6,6 +6,7 @@ use super::evaluate::Classifier;
 use super::evidence::{GaussianEvidence, log_sum_exp};
 use super::protocol::Dataset;
 use super::reading::{Reader, Reading};
+use super::scenes::Scenes;
 use super::smooth_operator::{SmoothModes, SmoothOperator};
 use crate::features::RingLayout;
 use crate::harmonics::average_power;
@@ -293,7 +294,7 @@ fn cholesky(matrix: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
 #[derive(Debug)]
 pub struct ColourExpert {
     labels: Vec<usize>,
-    groups: Vec<usize>,
+    illuminations: Vec<usize>,
     materials: usize,
     colours: Vec<DVector<f64>>,
 }
@@ -311,7 +312,11 @@ impl ColourExpert {
         });
         Self {
             labels: dataset.labels(),
-            groups: dataset.groups(),
+            illuminations: dataset
+                .observations
+                .iter()
+                .map(|o| o.illumination)
+                .collect(),
             materials: dataset.materials.len(),
             colours: colours.collect(),
         }
@@ -328,7 +333,7 @@ impl Expert for ColourExpert {
         let mut means = vec![DVector::zeros(size); self.materials];
         let mut counts = vec![0.0; self.materials];
         let training: Vec<usize> = (0..self.labels.len())
-            .filter(|&i| seen[self.groups[i]])
+            .filter(|&i| seen[self.illuminations[i]])
             .collect();
         for &i in &training {
             means[self.labels[i]] += &self.colours[i];
@@ -371,14 +376,15 @@ impl Expert for ColourExpert {
 /// Experts weighed: ln p(material) = Σ_e w_e ln p_e(material) + constant, with the weights (inverse temperatures, for each
 /// expert is too sure of itself) chosen inside the training fold.
 ///
-/// For each illumination of the training fold the experts judge its pictures of turn 0 from the others, and the weights w ≥ 0
+/// For each scene of the training fold the experts judge its pictures of turn 0 from the others, and the weights w ≥ 0
 /// make those labels likeliest, under an exponential prior that keeps them finite when all are named right.
 pub struct Stack<'a> {
     experts: Vec<&'a dyn Expert>,
     labels: Vec<usize>,
-    groups: Vec<usize>,
+    illuminations: Vec<usize>,
     judged: Vec<bool>,
-    illuminations: usize,
+    scenes: Scenes,
+    count: usize,
 }
 
 /// The prior's rate: what one unit of a weight costs in nats.
@@ -391,8 +397,13 @@ impl<'a> Stack<'a> {
             experts,
             judged: dataset.observations.iter().map(|o| o.turn == 0).collect(),
             labels: dataset.labels(),
-            groups: dataset.groups(),
-            illuminations: dataset.illuminations.len(),
+            illuminations: dataset
+                .observations
+                .iter()
+                .map(|o| o.illumination)
+                .collect(),
+            scenes: dataset.scenes.clone(),
+            count: dataset.illuminations.len(),
         }
     }
 
@@ -413,32 +424,35 @@ impl<'a> Stack<'a> {
             .collect()
     }
 
+    /// The illuminations of a training fold.
+    fn seen(&self, training: &[usize]) -> Vec<bool> {
+        let mut seen = vec![false; self.count];
+        for &i in training {
+            seen[self.illuminations[i]] = true;
+        }
+        seen
+    }
+
     /// The weights that the inner loop chooses for a training fold.
     ///
     /// # Errors
-    /// Fewer than two illuminations in the fold, and what the experts find wrong.
+    /// Fewer than two scenes in the fold, and what the experts find wrong.
     pub fn weights(&self, training: &[usize]) -> Result<Vec<f64>> {
-        let mut seen = vec![false; self.illuminations];
-        for &i in training {
-            seen[self.groups[i]] = true;
-        }
-        if seen.iter().filter(|s| **s).count() < 2 {
+        let seen = self.seen(training);
+        let scenes = self.scenes.among(&seen);
+        if scenes.len() < 2 {
             return Err(Error::Unanswerable(
-                "weighing experts needs two illuminations to learn from, or more".into(),
+                "weighing experts needs two scenes to learn from, or more".into(),
             ));
         }
         let mut judged = vec![Vec::new(); self.experts.len()];
         let mut truth = Vec::new();
-        for left_out in 0..self.illuminations {
-            if !seen[left_out] {
-                continue;
-            }
-            let mut inner = seen.clone();
-            inner[left_out] = false;
+        for left_out in scenes {
+            let inner = self.scenes.others(&seen, left_out);
             let held: Vec<usize> = training
                 .iter()
                 .copied()
-                .filter(|&i| self.groups[i] == left_out && self.judged[i])
+                .filter(|&i| !inner[self.illuminations[i]] && self.judged[i])
                 .collect();
             for (all, these) in judged.iter_mut().zip(self.judge(&inner, &held)?) {
                 all.extend(these);
@@ -457,10 +471,7 @@ impl Classifier for Stack<'_> {
 
     fn score(&self, training: &[usize], test: &[usize]) -> Result<Vec<Vec<f64>>> {
         let weights = self.weights(training)?;
-        let mut seen = vec![false; self.illuminations];
-        for &i in training {
-            seen[self.groups[i]] = true;
-        }
+        let seen = self.seen(training);
         let judged = self.judge(&seen, test)?;
         Ok((0..test.len())
             .map(|i| weigh(&judged, &weights, i))

@@ -10,6 +10,7 @@ use super::experts::{
 use super::nearest::{NearestNeighbour, Scaling};
 use super::protocol::{Dataset, Plan, Protocol, collect};
 use super::reading::{JudgedReading, Reader, Reading, chromaticity};
+use super::scenes::Scenes;
 use crate::illumination::EnvironmentMap;
 use crate::named::named;
 use crate::reflectance::{Finish, Material};
@@ -100,7 +101,7 @@ impl Method {
         )
     }
 
-    /// Whether an inner loop chooses something, for which a fold needs two illuminations and so the data three.
+    /// Whether an inner loop chooses something, for which a fold needs two scenes and so the data three.
     pub fn has_inner_loop(self) -> bool {
         !self.learns_from_one_turn()
     }
@@ -195,11 +196,19 @@ impl Harness {
                     .collect(),
                 materials: self.dataset.materials.clone(),
                 illuminations: self.dataset.illuminations.clone(),
+                scenes: self.dataset.scenes.clone(),
                 render_error: self.dataset.render_error,
             },
             materials: self.materials.clone(),
             evidence: self.evidence.clone(),
         }
+    }
+
+    /// With the scenes that the illuminations belong to: those of one are left out together.
+    #[must_use]
+    pub fn with_scenes(mut self, scenes: &Scenes) -> Self {
+        self.dataset.scenes = scenes.clone();
+        self
     }
 
     /// The protocol.
@@ -262,10 +271,10 @@ impl Harness {
         Ok(())
     }
 
-    /// Names every picture of turn 0, leaving one illumination out at a time.
+    /// Names every picture of turn 0, leaving one scene out at a time.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for evidence that was not [prepared](Self::prepare) and for fewer than three illuminations where an inner
+    /// [`Error::Unanswerable`] for evidence that was not [prepared](Self::prepare) and for fewer than three scenes where an inner
     /// loop needs two to learn from.
     pub fn evaluate(&self, method: Method, parallelism: Parallelism) -> Result<Evaluation> {
         let data = &self.dataset;
@@ -278,7 +287,7 @@ impl Harness {
                 .collect();
             let groups: Vec<usize> = observations
                 .iter()
-                .map(|&i| data.observations[i].illumination)
+                .map(|&i| data.scenes.of(data.observations[i].illumination))
                 .collect();
             let places: Vec<usize> = (0..observations.len())
                 .filter(|&i| data.observations[observations[i]].turn == 0)

@@ -28,6 +28,7 @@ mod picture_file;
 mod posterior;
 mod protocol;
 mod reading;
+mod scenes;
 mod smooth_operator;
 #[cfg(feature = "files")]
 mod training;
@@ -57,6 +58,7 @@ pub use posterior::{Posterior, ReflectanceGrid};
 pub(crate) use protocol::collect_from;
 pub use protocol::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, Plan, Protocol, View, collect};
 pub use reading::{EvidenceReader, EvidenceReading, JudgedReading, LogReader, Reader, Reading};
+pub use scenes::{Alike, Scenes};
 pub use smooth_operator::{LightResponses, SmoothModes, SmoothOperator};
 #[cfg(feature = "files")]
 pub use training::TrainingPlan;

@@ -84,9 +84,9 @@ struct Learned {
     /// The features.
     columns: Vec<usize>,
     scores: LinearScores,
-    /// The temperature's inverse, chosen by leaving one illumination out.
+    /// The temperature's inverse, chosen by leaving one scene out.
     weight: f64,
-    /// The squared distance to a material's mean that one in a hundred pictures of it passes under light that was left out.
+    /// The squared distance to a material's mean that one in a hundred pictures of it passes under light of a scene that was left out.
     limit: f64,
     posterior: PosteriorModel,
 }
@@ -129,17 +129,14 @@ impl Learned {
             .collect();
         let weight =
             Stack::new(data, vec![&discriminant as &dyn Expert]).weights(&learned_from)?[0];
-        let folds = parallelism.map(seen.len(), |left_out| {
-            if !seen[left_out] {
-                return Ok(Vec::new());
-            }
-            let mut inner = seen.to_vec();
-            inner[left_out] = false;
+        let scenes = data.scenes.among(seen);
+        let folds = parallelism.map(scenes.len(), |fold| {
+            let inner = data.scenes.others(seen, scenes[fold]);
             let scores = discriminant.learn(&inner)?;
             Ok(data
                 .observations
                 .iter()
-                .filter(|o| o.illumination == left_out)
+                .filter(|o| seen[o.illumination] && !inner[o.illumination])
                 .map(|o| scores.distances(&discriminant.centred(&pick(&o.view)))[o.material])
                 .collect::<Vec<f64>>())
         });
@@ -162,7 +159,8 @@ impl Learned {
             &samples,
             &LearnedPosterior::shares(),
             &LearnedPosterior::sigmas(),
-        )?;
+        )?
+        .with_scenes(&data.scenes);
         Ok(Self {
             scores: discriminant.learn(seen)?.uncentred(discriminant.centre()),
             weight,
@@ -192,7 +190,7 @@ impl Model {
     /// Learns.
     ///
     /// # Errors
-    /// Fewer than two illuminations, a material without a picture, and what the parts refuse.
+    /// Fewer than two scenes, a material without a picture, and what the parts refuse.
     pub fn learn(training: &Training, parallelism: Parallelism) -> Result<Self> {
         Self::learn_from(
             training,

@@ -197,8 +197,17 @@ impl Picture {
     /// # Errors
     /// [`Error::Unanswerable`] for a mask that is not round and a picture without a sphere.
     pub fn circle(&self) -> Result<Circle> {
+        Ok(self.circles()?.0)
+    }
+
+    /// [`circle`](Self::circle), and what else in the picture may be a sphere: round things apart from it, of a similar size and almost as well seen.
+    /// A picture with a mask, or before a background of one value, has one.
+    ///
+    /// # Errors
+    /// As [`circle`](Self::circle).
+    pub fn circles(&self) -> Result<(Circle, Vec<Circle>)> {
         match &self.mask {
-            Some(mask) => outline::of_mask(mask, self.width),
+            Some(mask) => Ok((outline::of_mask(mask, self.width)?, Vec::new())),
             None => outline::find(self),
         }
     }

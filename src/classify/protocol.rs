@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use super::scenes::Scenes;
 use crate::illumination::{EnvironmentMap, Luminance};
 use crate::named::named;
 use crate::reflectance::{Material, Roughness, Variant};
@@ -136,6 +137,8 @@ pub struct Dataset<T = SphereImage> {
     pub materials: Vec<String>,
     /// The illuminations' names.
     pub illuminations: Vec<String>,
+    /// Which illuminations are of one scene, and are left out together.
+    pub scenes: Scenes,
     /// The images: by illumination, then by turn, then by material.
     pub observations: Vec<Observation<T>>,
     /// The largest error that the renderer reported, relative.
@@ -148,9 +151,10 @@ impl<T> Dataset<T> {
         self.observations.iter().map(|o| o.material).collect()
     }
 
-    /// The illumination of each observation.
+    /// The scene of each observation, by [`Scenes::of`]: the groups that are left out together.
     pub fn groups(&self) -> Vec<usize> {
-        self.observations.iter().map(|o| o.illumination).collect()
+        let illuminations = self.observations.iter().map(|o| o.illumination);
+        illuminations.map(|i| self.scenes.of(i)).collect()
     }
 
     /// The observations of turn 0, which are judged. The others are there to learn from.
@@ -282,7 +286,7 @@ impl Parts {
 ///
 /// Only the pictures that are being worked on are in memory. Radiance is linear and over the mean luminance of a white sphere in
 /// the same light. `read` gets the picture and what is known of it, and is called from any thread; `done` is
-/// called after each illumination.
+/// called after each illumination. Each illumination is taken for a scene of its own; set [`Dataset::scenes`] where that is not so.
 ///
 /// # Errors
 /// [`Error::Unanswerable`] without a material, an illumination or a turn; what the renderer or `read` finds wrong.
@@ -360,6 +364,7 @@ pub(crate) fn collect_from<T: Send>(
     let mut dataset = Dataset {
         materials: materials.iter().map(|m| m.name().to_owned()).collect(),
         illuminations: illuminations.iter().map(|i| i.name().to_owned()).collect(),
+        scenes: Scenes::default(),
         observations: Vec::new(),
         render_error: 0.0,
     };

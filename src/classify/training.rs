@@ -28,7 +28,7 @@ impl Default for TrainingPlan {
     fn default() -> Self {
         Self {
             plan: Plan {
-                lobe: Variant::RadianceSampled,
+                lobe: Variant::default(),
                 settings: Settings {
                     size: Sphere::SIZE,
                     tolerance: 1e-2,
@@ -80,7 +80,8 @@ impl Training {
     /// Renders the spheres to learn from and reads them as any renderer or camera may leave them.
     ///
     /// Cameras are level or tilted, far or near; pictures are linear or photographs, well or badly exposed, with and without noise, and the sphere's
-    /// circle is known to about 1 %: what has learned from all of that is at home with each. `done` is called twice for each illumination.
+    /// circle is known to about 1 %: what has learned from all of that is at home with each. `done` is called twice for each illumination. Each illumination is
+    /// taken for a scene of its own; set the [`scenes`](Dataset::scenes) of [`named`](Self::named) where that is not so.
     ///
     /// # Errors
     /// What the renderer or the reader finds wrong; [`Error::Unanswerable`] where nothing is asked for.
@@ -125,6 +126,7 @@ impl Training {
         let named = Dataset {
             materials: set.materials,
             illuminations: set.illuminations,
+            scenes: set.scenes,
             observations: set
                 .observations
                 .into_iter()

@@ -3,10 +3,12 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::classify::{Circle, Method, Protocol};
 use crate::features::Continuation;
+use crate::illumination::builtin_names;
 use crate::reflectance::Variant;
 use crate::sphere::Mapping;
 
@@ -63,12 +65,39 @@ pub(super) enum Verb {
     Render(Render),
     /// Ward's parameters of a measured surface, by least squares.
     Fit(Fit),
+    /// The names of the built-in lights, the preset materials, or the lobes.
+    List(List),
     /// The accuracy contracts, measured: the contents of ACCURACY.md.
     Accuracy(Accuracy),
     /// What a shell needs to complete the command's arguments.
     Completions(Completions),
     /// The manual page of the command, or of a verb.
     Man(Man),
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes list lights
+  lobes list materials --materials paints.toml
+  lobes list lobes --json")]
+pub(super) struct List {
+    /// What is listed.
+    #[arg(value_enum)]
+    pub(super) what: Listed,
+    #[command(flatten)]
+    pub(super) materials: Materials,
+}
+
+/// What `list` lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Listed {
+    /// The built-in maps, for --light.
+    Lights,
+    /// The preset materials, or those of --materials, for --material.
+    Materials,
+    /// Ward's lobes, for --lobe.
+    Lobes,
 }
 
 #[derive(Debug, Args)]
@@ -98,10 +127,20 @@ pub(super) struct Lights {
     /// A folder of environment maps (.hdr, .exr, .pfm) instead of the built-in ones.
     #[arg(long, value_name = "DIR")]
     pub(super) illuminations: Option<PathBuf>,
-    /// How the maps' pixels lie on the sphere, where their shape does not tell: lat-long,
-    /// angular-map, mirror-ball, vertical-cross or horizontal-cross.
-    #[arg(long, value_name = "NAME")]
+    /// How the maps' pixels lie on the sphere, where their shape does not tell.
+    #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
     pub(super) mapping: Option<Mapping>,
+    /// A TOML file that says which maps are of one place and so are left out together; see docs/groups.md.
+    #[arg(long, value_name = "FILE")]
+    pub(super) groups: Option<PathBuf>,
+}
+
+/// The specular lobe.
+#[derive(Debug, Args)]
+pub(super) struct Lobe {
+    /// The specular lobe, one of Ward's four (`lobes list lobes`).
+    #[arg(long = "lobe", value_name = "NAME", default_value_t, value_parser = one_of(Variant::ALL, Variant::name))]
+    pub(super) name: Variant,
 }
 
 /// What spheres are made of.
@@ -113,6 +152,9 @@ pub(super) struct Materials {
     /// Read the presets' numbers as albedos ρ_d and ρ_s, not as Radiance's arguments.
     #[arg(long, conflicts_with = "materials")]
     pub(super) as_albedos: bool,
+    /// Only the material of this name; may be repeated.
+    #[arg(long = "material", value_name = "NAME", value_parser = Suggested(material_names), hide_possible_values = true)]
+    pub(super) only: Vec<String>,
 }
 
 #[derive(Debug, Args)]
@@ -127,16 +169,15 @@ pub(super) struct Reproduce {
     pub(super) lights: Lights,
     #[command(flatten)]
     pub(super) materials: Materials,
-    /// The specular lobe: ward1992, duer, gmd or sampled; may be repeated.
-    #[arg(long = "lobe", value_name = "NAME", default_value = "sampled")]
+    /// The specular lobe, one of Ward's four (`lobes list lobes`); may be repeated.
+    #[arg(long = "lobe", value_name = "NAME", default_value = Variant::default().name(), value_parser = one_of(Variant::ALL, Variant::name))]
     pub(super) lobes: Vec<Variant>,
-    /// Which pictures every classifier is tried on: paper, blind, tilted, photograph, continuous, files (what classify makes
-    /// of pictures in files), or all; may be repeated. It takes
+    /// Which pictures every classifier is tried on; may be repeated. `files` is what classify makes of pictures in files. It takes
     /// minutes; without it there is the paper's own table only, which takes seconds.
-    #[arg(long = "protocol", value_name = "NAME", value_parser = protocol)]
+    #[arg(long = "protocol", value_name = "NAME", value_parser = protocols())]
     pub(super) protocols: Vec<Protocols>,
-    /// Which classifiers are tried under --protocol, by name; may be repeated [default: all].
-    #[arg(long = "classifier", value_name = "NAME")]
+    /// Which classifiers are tried under --protocol; may be repeated [default: all].
+    #[arg(long = "classifier", value_name = "NAME", value_parser = one_of(Method::ALL, Method::name))]
     pub(super) classifiers: Vec<Method>,
     /// From how many directions about the vertical the spheres to learn from are seen; the paper's features learn from one.
     #[arg(long, value_name = "N", default_value = "8", value_parser = up_to_1024)]
@@ -166,17 +207,17 @@ Examples:
   lobes spectrum --mapping angular-map grace_probe.hdr
   lobes spectrum --json sky.hdr > sky.json")]
 pub(super) struct Spectrum {
-    /// Environment maps (.hdr, .exr, .pfm); without any, the built-in ones.
+    /// Environment maps (.hdr, .exr, .pfm), or - for standard input; without any, the built-in ones.
     pub(super) files: Vec<PathBuf>,
     /// How the maps' pixels lie on the sphere, where their shape does not tell.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
     pub(super) mapping: Option<Mapping>,
-    /// The largest degree.
-    #[arg(long, value_name = "L", default_value_t = 128)]
-    pub(super) degree: usize,
-    /// The plot of the spectra, as SVG.
-    #[arg(long, value_name = "FILE", default_value = "spectrum.svg")]
-    pub(super) plot: PathBuf,
+    /// The largest degree, where the map carries it [default: 128].
+    #[arg(long, value_name = "L")]
+    pub(super) degree: Option<usize>,
+    /// Plot the spectra into this file, as SVG.
+    #[arg(long, value_name = "FILE", value_parser = svg)]
+    pub(super) plot: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -189,10 +230,12 @@ Examples:
 pub(super) struct Render {
     #[command(flatten)]
     pub(super) materials: Materials,
-    /// The light: the name of a built-in map or a file.
+    /// The light: the name of a built-in map (`lobes list lights`), a file, or - for standard input.
     #[arg(
         long,
         value_name = "NAME|FILE",
+        value_parser = Suggested(light_names),
+        hide_possible_values = true,
         required_unless_present = "set",
         conflicts_with = "set"
     )]
@@ -202,19 +245,15 @@ pub(super) struct Render {
         long,
         value_name = "FILE",
         conflicts_with_all = [
-            "materials", "as_albedos", "mapping", "material", "lobe", "size", "tolerance", "elevation", "azimuth", "distance"
+            "materials", "as_albedos", "mapping", "only", "lobe", "size", "tolerance", "elevation", "azimuth", "distance"
         ]
     )]
     pub(super) set: Option<PathBuf>,
     /// How the light's pixels lie on the sphere, where the shape does not tell.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
     pub(super) mapping: Option<Mapping>,
-    /// The material's name; without it, all of them.
-    #[arg(long, value_name = "NAME")]
-    pub(super) material: Option<String>,
-    /// The specular lobe.
-    #[arg(long, value_name = "NAME", default_value = "sampled")]
-    pub(super) lobe: Variant,
+    #[command(flatten)]
+    pub(super) lobe: Lobe,
     /// Pixels along the image's side.
     #[arg(long, value_name = "PIXELS", default_value_t = 128)]
     pub(super) size: usize,
@@ -269,17 +308,16 @@ Examples:
   lobes fit measured.csv --lobe ward1992 --anisotropic --plot measured.svg
   lobes fit measured.csv --json")]
 pub(super) struct Fit {
-    /// A MERL file (.binary), or a CSV of theta_i, phi_i, theta_o, phi_o in degrees and value in 1/sr.
+    /// A MERL file (.binary), or a CSV of theta_i, phi_i, theta_o, phi_o in degrees and value in 1/sr; - for standard input.
     pub(super) file: PathBuf,
-    /// The specular lobe.
-    #[arg(long, value_name = "NAME", default_value = "gmd")]
-    pub(super) lobe: Variant,
+    #[command(flatten)]
+    pub(super) lobe: Lobe,
     /// Fit a width along each tangent.
     #[arg(long)]
     pub(super) anisotropic: bool,
-    /// The plot of the residuals, as SVG.
-    #[arg(long, value_name = "FILE", default_value = "fit.svg")]
-    pub(super) plot: PathBuf,
+    /// Plot the residuals into this file, as SVG.
+    #[arg(long, value_name = "FILE", value_parser = svg)]
+    pub(super) plot: Option<PathBuf>,
 }
 
 /// What `--protocol` names.
@@ -291,13 +329,73 @@ pub(super) enum Protocols {
     Files,
 }
 
-fn protocol(name: &str) -> Result<Protocols, crate::Error> {
-    if name == "all" {
-        Ok(Protocols::All)
-    } else if name == "files" {
-        Ok(Protocols::Files)
+fn protocols() -> impl TypedValueParser<Value = Protocols> {
+    let names = Protocol::ALL.map(Protocol::name).into_iter();
+    PossibleValuesParser::new(names.chain(["files", "all"])).try_map(|name| match name.as_str() {
+        "all" => Ok(Protocols::All),
+        "files" => Ok(Protocols::Files),
+        name => name.parse().map(Protocols::One),
+    })
+}
+
+/// One of the values of an enum, by its name: the names are listed, completed, and told where there is no such name.
+fn one_of<T, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T>
+where
+    T: std::str::FromStr<Err = crate::Error> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(all.map(name)).try_map(|name| name.parse::<T>())
+}
+
+/// Any word, with names that a shell completes it to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Suggested(fn() -> Vec<String>);
+
+impl TypedValueParser for Suggested {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &std::ffi::OsStr,
+    ) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new((self.0)().into_iter().map(PossibleValue::new)))
+    }
+}
+
+fn material_names() -> Vec<String> {
+    let presets = crate::reflectance::presets();
+    presets
+        .iter()
+        .map(|material| material.name().to_owned())
+        .collect()
+}
+
+fn light_names() -> Vec<String> {
+    builtin_names().map(str::to_owned).collect()
+}
+
+/// The plot's place: a name that ends in .svg, or a device or a pipe, which has no say in the format.
+fn svg(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let ending = path
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
+    if ending == "svg"
+        || std::fs::metadata(&path).is_ok_and(|data| !data.is_file() && !data.is_dir())
+    {
+        Ok(path)
     } else {
-        name.parse().map(Protocols::One)
+        Err("plots are SVG; give a name that ends in .svg".into())
     }
 }
 
@@ -307,9 +405,24 @@ Examples:
   lobes classify photo.jpg
   lobes classify photo.jpg --circle 812,604,390
   lobes classify pictures --json > answers.jsonl
-  lobes classify pictures --report --out pages")]
+  lobes classify pictures --report --out pages
+
+The keys of --json, an object a picture:
+  file           the picture; with error, in place of all else, where it could not be read
+  material       the likeliest material, or null where none of these is likelier
+  probabilities  the probability of each material; with none they add up to 1
+  none           the probability that it is none of these
+  sigma, share   the roughness and the specular share ρs / (ρs + ρd), whatever the name: the median, and the low and high end of
+                 the interval that holds the truth with a probability of 90 %
+  mode           the likeliest pair of the two
+  circle         where the sphere is: x, y and radius in pixels
+  found          whether it was found in the picture, not given by --circle or by a mask
+  others         circles that may be spheres too
+  saturated      the share of the sphere's pixels that are saturated
+  grey           whether it has no colour, and was judged without
+  distance       how far the camera is, in radii of the sphere, or null where that is not known")]
 pub(super) struct Classify {
-    /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG or JPEG; a folder stands for the pictures in it.
+    /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG or JPEG; a folder stands for the pictures in it, and - for standard input.
     #[arg(required = true, value_name = "IMAGE")]
     pub(super) images: Vec<PathBuf>,
     #[command(flatten)]
@@ -325,9 +438,8 @@ pub(super) struct Classify {
     /// Where the page goes, and the overlays that show where a sphere was found.
     #[arg(long, value_name = "DIR", default_value = "classified")]
     pub(super) out: PathBuf,
-    /// The specular lobe of the spheres to learn from.
-    #[arg(long, value_name = "NAME", default_value = "sampled")]
-    pub(super) lobe: Variant,
+    #[command(flatten)]
+    pub(super) lobe: Lobe,
     /// By how many cameras all round, level and tilted, far and near, the spheres to learn from are seen.
     #[arg(long, value_name = "N", default_value = "16", value_parser = up_to_1024)]
     pub(super) turns: NonZeroUsize,

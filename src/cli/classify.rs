@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::classify::{Circle, Model, Picture, Sphere as Cut, SphereFeatures, Verdict};
 use crate::cli::arguments::Classify;
 use crate::cli::output::OutputFolder;
-use crate::cli::{console, lights, materials, progress, training};
+use crate::cli::{console, input, lights, materials, progress, training};
 use crate::illumination::Luminance;
 use crate::reflectance::Material;
 use crate::report::{Figure, Page, encode_png, posterior_map};
@@ -17,6 +17,8 @@ use crate::{Error, Parallelism, Result};
 struct Sphere {
     circle: Circle,
     found: bool,
+    /// What else in the picture may be a sphere.
+    others: Vec<Circle>,
     saturated: f64,
     distance: Option<f64>,
     features: SphereFeatures,
@@ -36,6 +38,8 @@ pub(super) fn run(options: &Classify) -> Result<()> {
     let mut learned = None;
     let alone = paths.len() == 1;
     let (mut failed, mut problem) = (0, None);
+    // Of each material, and of none of them.
+    let mut counts = vec![0; materials.len() + 1];
     let bar = progress::bar(paths.len(), "pictures");
     for (turn, paths) in paths.chunks(AT_A_TIME).enumerate() {
         let spheres = Parallelism::Rayon.map(paths.len(), |i| {
@@ -52,7 +56,6 @@ pub(super) fn run(options: &Classify) -> Result<()> {
             (Ok(_), None) => Err(Error::Unanswerable("nothing was learned".into())),
             (Err(error), _) => Err(error.clone()),
         });
-        let names = learned.as_ref().map_or(&[][..], Model::materials);
         for (i, (path, (sphere, verdict))) in
             paths.iter().zip(spheres.iter().zip(&verdicts)).enumerate()
         {
@@ -64,12 +67,19 @@ pub(super) fn run(options: &Classify) -> Result<()> {
                 failed += 1;
                 problem = Some(of_file(path, error));
             }
-            bar.suspend(|| tell(path, &read, names, alone))?;
-            pages.add(AT_A_TIME * turn + i + 1, path, &read, names)?;
+            if let Ok((_, verdict)) = read {
+                counts[verdict.material().unwrap_or(materials.len())] += 1;
+            }
+            bar.suspend(|| tell(path, &read, &materials, alone))?;
+            pages.add(AT_A_TIME * turn + i + 1, path, &read, &materials)?;
         }
     }
     bar.finish_and_clear();
-    pages.finish()?;
+    let summary = summary(&counts, failed, &materials);
+    if !alone {
+        console::answer(&summary);
+    }
+    pages.finish(&summary)?;
     match problem {
         None => Ok(()),
         Some(problem) if alone => Err(Error::Unanswerable(problem)),
@@ -81,9 +91,10 @@ pub(super) fn run(options: &Classify) -> Result<()> {
 }
 
 fn learn(options: &Classify, materials: &[Material]) -> Result<Model> {
-    let maps = lights::load(&options.lights)?;
-    let (lobe, turns) = (options.lobe, options.turns.get());
-    let training = training::load(&maps, materials, lobe, turns, options.fresh)?;
+    let (maps, scenes) = lights::load(&options.lights)?;
+    let (lobe, turns) = (options.lobe.name, options.turns.get());
+    let mut training = training::load(&maps, materials, lobe, turns, options.fresh)?;
+    training.named.scenes = scenes;
     Model::learn(&training, Parallelism::Rayon)
 }
 
@@ -91,19 +102,17 @@ fn learn(options: &Classify, materials: &[Material]) -> Result<Model> {
 type Read<'a> = std::result::Result<(&'a Sphere, &'a Verdict), &'a Error>;
 
 /// Says what a picture shows, or what is wrong with it: of one that is alone the command itself says that.
-fn tell(path: &Path, read: &Read, names: &[String], alone: bool) -> Result<()> {
+fn tell(path: &Path, read: &Read, learned: &[Material], alone: bool) -> Result<()> {
     match read {
         Ok((sphere, verdict)) => {
-            console::json(&line_of_json(path, sphere, verdict, names))?;
-            let sentence = sentence(sphere, verdict, names);
-            console::answer(format!("{}: {sentence}", path.display()));
+            console::json(&line_of_json(path, sphere, verdict, learned))?;
+            let sentence = sentence(sphere, verdict, learned);
+            console::answer(format!("{}: {sentence}", input::name(path)));
         }
         Err(error) => {
-            console::json(
-                &json!({ "file": path.display().to_string(), "error": error.to_string() }),
-            )?;
+            console::json(&json!({ "file": input::name(path), "error": of_file(path, error) }))?;
             if !console::is_json() && !alone {
-                console::complain(of_file(path, error));
+                console::complain(format!("lobes: {}", of_file(path, error)));
             }
         }
     }
@@ -112,10 +121,7 @@ fn tell(path: &Path, read: &Read, names: &[String], alone: bool) -> Result<()> {
 
 /// The error with the file that it is about.
 fn of_file(path: &Path, error: &Error) -> String {
-    match error {
-        Error::File { .. } => error.to_string(),
-        _ => format!("{}: {error}", path.display()),
-    }
+    input::error_of(path, error.clone()).to_string()
 }
 
 /// The files, folders replaced by the pictures in them.
@@ -159,10 +165,14 @@ fn expand(images: &[PathBuf]) -> Result<Vec<PathBuf>> {
 }
 
 fn read(path: &Path, options: &Classify) -> Result<Sphere> {
-    let photo = Picture::read(path)?;
-    let circle = match options.circle {
-        Some(circle) => circle,
-        None => photo.circle()?,
+    let photo = if input::is_standard(path) {
+        Picture::of_bytes(&input::bytes()?)?
+    } else {
+        Picture::read(path)?
+    };
+    let (circle, others) = match options.circle {
+        Some(circle) => (circle, Vec::new()),
+        None => photo.circles()?,
     };
     let found = options.circle.is_none() && !photo.has_mask();
     let sphere = photo.sphere(circle)?;
@@ -171,6 +181,7 @@ fn read(path: &Path, options: &Classify) -> Result<Sphere> {
     Ok(Sphere {
         circle,
         found,
+        others,
         saturated: sphere.saturated,
         distance: image.camera().distance(),
         features: SphereFeatures::of(&sphere)?,
@@ -208,18 +219,45 @@ fn overlay(photo: &Picture, circle: Circle, exposure: f64) -> Result<Vec<u8>> {
     )
 }
 
+/// How many pictures show what.
+fn summary(counts: &[usize], failed: usize, materials: &[Material]) -> String {
+    let names = materials
+        .iter()
+        .map(Material::name)
+        .chain(["none of these"]);
+    let mut most: Vec<(usize, &str)> = counts.iter().copied().zip(names).collect();
+    most.retain(|(count, _)| *count > 0);
+    most.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+    let mut parts: Vec<String> = most.iter().map(|(n, name)| format!("{n} {name}")).collect();
+    if failed > 0 {
+        parts.push(format!("{failed} not read"));
+    }
+    let total = counts.iter().sum::<usize>() + failed;
+    format!("{total} pictures: {}", parts.join(", "))
+}
+
+/// Whether the pictures of two materials differ by their exposure only: one finish, and albedos that are the same multiple of the other's.
+fn same_but_for_exposure(a: &Material, b: &Material) -> bool {
+    let albedos = |m: &Material| -> Vec<f64> { [m.diffuse(), m.specular()].concat() };
+    let (p, q) = (albedos(a), albedos(b));
+    let (sum_p, sum_q) = (p.iter().sum::<f64>(), q.iter().sum::<f64>());
+    let mut pairs = p.iter().zip(&q);
+    pairs.all(|(x, y)| (x * sum_q - y * sum_p).abs() <= 1e-9 * sum_p * sum_q)
+        && (a.is_matte() || a.roughness() == b.roughness())
+}
+
 /// Low end, median and high end of a 90 % interval.
 fn interval(quantile: impl Fn(f64) -> f64) -> [f64; 3] {
     [0.05, 0.5, 0.95].map(quantile)
 }
 
-fn sentence(sphere: &Sphere, verdict: &Verdict, names: &[String]) -> String {
-    let mut order: Vec<usize> = (0..names.len()).collect();
+fn sentence(sphere: &Sphere, verdict: &Verdict, materials: &[Material]) -> String {
+    let mut order: Vec<usize> = (0..materials.len()).collect();
     order.sort_by(|&a, &b| verdict.probabilities[b].total_cmp(&verdict.probabilities[a]));
     let mut answers: Vec<(f64, &str)> = order
         .iter()
         .take(3)
-        .map(|&i| (verdict.probabilities[i], names[i].as_str()))
+        .map(|&i| (verdict.probabilities[i], materials[i].name()))
         .collect();
     answers.push((verdict.none, "none of these"));
     answers.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -232,9 +270,19 @@ fn sentence(sphere: &Sphere, verdict: &Verdict, names: &[String]) -> String {
     let [low, middle, high] = interval(|level| verdict.posterior.sigma_quantile(level));
     let [share_low, share, share_high] = interval(|level| verdict.posterior.share_quantile(level));
     let mut text = format!(
-        "{}; σ {middle:.3} ({low:.3} – {high:.3}), specular share {share:.2} ({share_low:.2} – {share_high:.2})",
+        "{}; σ {middle:.3} (90 %: {low:.3} – {high:.3}), specular share {share:.2} (90 %: {share_low:.2} – {share_high:.2})",
         answers.join(", ")
     );
+    if let [first, second, ..] = order[..]
+        && verdict.probabilities[second] >= 0.01
+        && same_but_for_exposure(&materials[first], &materials[second])
+    {
+        text.push_str(&format!(
+            "; {} and {} cannot be told apart without a reference in the picture, for they differ in brightness only",
+            materials[first].name(),
+            materials[second].name()
+        ));
+    }
     if sphere.features.is_grey() {
         text.push_str("; a grey picture, judged without colour");
     }
@@ -245,6 +293,16 @@ fn sentence(sphere: &Sphere, verdict: &Verdict, names: &[String]) -> String {
         let Circle { x, y, radius } = sphere.circle;
         text.push_str(&format!("; sphere found at {x:.1},{y:.1},{radius:.1}"));
     }
+    if !sphere.others.is_empty() {
+        let others = sphere.others.iter();
+        let circles: Vec<String> = others
+            .map(|c| format!("{:.1},{:.1},{:.1}", c.x, c.y, c.radius))
+            .collect();
+        text.push_str(&format!(
+            "; more in the picture looks like a sphere, which --circle chooses: {}",
+            circles.join(" and ")
+        ));
+    }
     text
 }
 
@@ -252,25 +310,27 @@ fn line_of_json(
     path: &Path,
     sphere: &Sphere,
     verdict: &Verdict,
-    names: &[String],
+    materials: &[Material],
 ) -> serde_json::Value {
-    let probabilities: serde_json::Map<String, serde_json::Value> = names
+    let probabilities: serde_json::Map<String, serde_json::Value> = materials
         .iter()
         .zip(&verdict.probabilities)
-        .map(|(name, p)| (name.clone(), json!(p)))
+        .map(|(material, p)| (material.name().to_owned(), json!(p)))
         .collect();
     let numbers =
         |[low, median, high]: [f64; 3]| json!({ "low": low, "median": median, "high": high });
     let (share, sigma) = verdict.posterior.mode();
+    let circle = |circle: &Circle| json!([circle.x, circle.y, circle.radius]);
     json!({
-        "file": path.display().to_string(),
-        "material": verdict.material().map(|i| &names[i]),
+        "file": input::name(path),
+        "material": verdict.material().map(|i| materials[i].name()),
         "probabilities": probabilities,
         "none": verdict.none,
         "sigma": numbers(interval(|level| verdict.posterior.sigma_quantile(level))),
         "share": numbers(interval(|level| verdict.posterior.share_quantile(level))),
         "mode": { "share": share, "sigma": sigma },
-        "circle": [sphere.circle.x, sphere.circle.y, sphere.circle.radius],
+        "circle": circle(&sphere.circle),
+        "others": sphere.others.iter().map(circle).collect::<Vec<_>>(),
         "found": sphere.found,
         "saturated": sphere.saturated,
         "grey": sphere.features.is_grey(),
@@ -311,8 +371,18 @@ impl<'a> Pages<'a> {
     }
 
     /// What is shown of the `number`th picture.
-    fn add(&mut self, number: usize, path: &Path, read: &Read, names: &[String]) -> Result<()> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
+    fn add(
+        &mut self,
+        number: usize,
+        path: &Path,
+        read: &Read,
+        materials: &[Material],
+    ) -> Result<()> {
+        let name = if input::is_standard(path) {
+            input::NAME.into()
+        } else {
+            path.file_name().unwrap_or_default().to_string_lossy()
+        };
         let (sphere, verdict) = match read {
             Ok(read) => read,
             Err(error) => {
@@ -350,11 +420,11 @@ impl<'a> Pages<'a> {
         }
         if self.options.report {
             self.page.heading(&name);
-            self.page.paragraph(&sentence(sphere, verdict, names));
+            self.page.paragraph(&sentence(sphere, verdict, materials));
             self.page.grid(pictures.len().max(1), &pictures);
-            let rows: Vec<(&str, Vec<String>)> = names
+            let rows: Vec<(&str, Vec<String>)> = materials
                 .iter()
-                .map(String::as_str)
+                .map(Material::name)
                 .zip(verdict.probabilities.iter().copied())
                 .chain([("none of these", verdict.none)])
                 .map(|(name, p)| ("", vec![name.to_owned(), format!("{p:.3}")]))
@@ -364,13 +434,15 @@ impl<'a> Pages<'a> {
         Ok(())
     }
 
-    fn finish(self) -> Result<()> {
-        let Some(mut output) = self.output else {
+    fn finish(mut self, summary: &str) -> Result<()> {
+        let Some(mut output) = self.output.take() else {
             return Ok(());
         };
         let out = &self.options.out;
         if self.options.report {
             let version = format!("lobes {}", env!("CARGO_PKG_VERSION"));
+            self.page.heading("In all");
+            self.page.paragraph(summary);
             output.add("index.html", self.page.html(&version))?;
         }
         output.commit()?;

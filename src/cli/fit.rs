@@ -6,7 +6,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::json;
 
 use crate::cli::arguments::Fit;
-use crate::cli::{console, output};
+use crate::cli::{console, input, output};
 use crate::reflectance::Ward;
 use crate::reflectance::fit::{self, Estimate, Measurement, Widths};
 use crate::report::{Axis, Chart, Mark, Series};
@@ -16,9 +16,12 @@ use crate::{Error, Result};
 const PLOTTED: usize = 2000;
 
 pub(super) fn run(options: &Fit) -> Result<()> {
+    let lobe = options.lobe.name;
     let widths = if options.anisotropic {
         // Says so where the lobe has no second width.
-        Ward::anisotropic(options.lobe, 0.1, 0.2)?;
+        Ward::anisotropic(lobe, 0.1, 0.2).map_err(|error| {
+            Error::Unanswerable(format!("{error}; name another lobe with --lobe"))
+        })?;
         Widths::Two
     } else {
         Widths::One
@@ -29,9 +32,9 @@ pub(super) fn run(options: &Fit) -> Result<()> {
     let mut series = Vec::new();
     let mut answers = Vec::new();
     for (name, colour, measurements) in channels(&options.file)? {
-        let found = fit::fit(&measurements, options.lobe, widths).map_err(|error| {
+        let found = fit::fit(&measurements, lobe, widths).map_err(|error| {
             Error::file(
-                &options.file,
+                input::name(&options.file),
                 format!("no lobe can be fitted to its {name}: {error}"),
                 "give measurements that cover the highlight and beside it",
             )
@@ -47,9 +50,9 @@ pub(super) fn run(options: &Fit) -> Result<()> {
         ]);
         let number = |e: Estimate| json!({ "value": e.value, "standard_error": e.standard_error });
         answers.push(json!({
-            "file": options.file.display().to_string(),
+            "file": input::name(&options.file),
             "channel": name,
-            "lobe": options.lobe.name(),
+            "lobe": lobe.name(),
             "diffuse": number(found.diffuse),
             "specular": number(found.specular),
             "sigma": found.sigma.map(number),
@@ -76,42 +79,62 @@ pub(super) fn run(options: &Fit) -> Result<()> {
     }
     console::answer(table.to_string());
     console::answer(format!(
-        "lobe {}; ± one standard error; residual: RMS of f cos θ less its fit.",
-        options.lobe
+        "lobe {lobe}; ± one standard error; residual: RMS of f cos θ less its fit."
     ));
     for answer in &answers {
         console::json(answer)?;
     }
+    let Some(plot) = &options.plot else {
+        return Ok(());
+    };
     let chart = Chart {
-        title: format!("Residuals of the {} lobe", options.lobe),
+        title: format!("Residuals of the {lobe} lobe"),
         x_label: "angle from the normal to the half vector, degrees".into(),
         y_label: "f cos θ, measured − fitted (1/sr)".into(),
         x_axis: Axis::Linear,
         y_axis: Axis::Linear,
         series,
     };
-    output::write_file(&options.plot, chart.svg().as_bytes())?;
-    console::note(format!("wrote {}", options.plot.display()));
+    output::write_file(plot, chart.svg().as_bytes())?;
+    console::note(format!("wrote {}", plot.display()));
     Ok(())
 }
 
-/// The channels of a file: MERL's three where it is called `.binary`, else the one of a CSV.
-fn channels(file: &Path) -> Result<Vec<(&'static str, &'static str, Vec<Measurement>)>> {
-    if file
-        .extension()
-        .is_some_and(|extension| extension == "binary")
-    {
-        [
-            ("red", "#d55e00"),
-            ("green", "#009e73"),
-            ("blue", "#0072b2"),
-        ]
-        .into_iter()
-        .enumerate()
-        .map(|(channel, (name, colour))| Ok((name, colour, fit::read_merl(file, channel)?)))
-        .collect()
+/// A channel's name, the colour that it is plotted in, and its measurements.
+type Channel = (&'static str, &'static str, Vec<Measurement>);
+
+/// MERL's channels.
+const MERL: [(&str, &str); 3] = [
+    ("red", "#d55e00"),
+    ("green", "#009e73"),
+    ("blue", "#0072b2"),
+];
+
+/// The channels of a file: MERL's three where it is called `.binary`, else the one of a CSV. Standard input has no name: MERL's sizes stand first
+/// in it, and no text begins as they do.
+fn channels(file: &Path) -> Result<Vec<Channel>> {
+    let merl = |read: &dyn Fn(usize) -> Result<Vec<Measurement>>| {
+        let channels = MERL.iter().enumerate();
+        channels
+            .map(|(channel, &(name, colour))| Ok((name, colour, read(channel)?)))
+            .collect()
+    };
+    let csv = |measurements| vec![("value", "#222222", measurements)];
+    if input::is_standard(file) {
+        let bytes = input::bytes()?;
+        let named = |error| input::error_of(file, error);
+        return if bytes.starts_with(&[90, 0, 0, 0]) {
+            merl(&|channel| fit::parse_merl(&bytes, channel).map_err(named))
+        } else {
+            let text = String::from_utf8_lossy(&bytes);
+            Ok(csv(fit::parse_csv(&text).map_err(named)?))
+        };
+    }
+    let ending = file.extension().unwrap_or_default().to_string_lossy();
+    if ending.eq_ignore_ascii_case("binary") {
+        merl(&|channel| fit::read_merl(file, channel))
     } else {
-        Ok(vec![("value", "#222222", fit::read_csv(file)?)])
+        Ok(csv(fit::read_csv(file)?))
     }
 }
 

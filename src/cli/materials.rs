@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::cli::arguments::Materials;
+use crate::cli::{named, slug};
 use crate::reflectance::{Material, presets, presets_as_albedos};
 use crate::{Error, Result};
 
@@ -45,13 +46,48 @@ struct File {
     material: Vec<Entry>,
 }
 
-/// The materials of `--materials`, or the presets.
+/// The materials of `--materials`, or the presets; of those the ones that `--material` names, in its order.
 pub(super) fn load(options: &Materials) -> Result<Vec<Material>> {
-    match &options.materials {
-        Some(path) => read(path),
-        None if options.as_albedos => Ok(presets_as_albedos()),
-        None => Ok(presets()),
+    let all = match &options.materials {
+        Some(path) => read(path)?,
+        None if options.as_albedos => presets_as_albedos(),
+        None => presets(),
+    };
+    if options.only.is_empty() {
+        return Ok(all);
     }
+    let names: Vec<&str> = all.iter().map(Material::name).collect();
+    let mut places: Vec<usize> = Vec::new();
+    for name in &options.only {
+        let place = named::find("material", name, &names)?;
+        if !places.contains(&place) {
+            places.push(place);
+        }
+    }
+    Ok(places.into_iter().map(|place| all[place].clone()).collect())
+}
+
+/// What each material's files are called.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Unanswerable`] for the presets, for two that would be called the same.
+pub(super) fn stems(file: Option<&Path>, materials: &[Material]) -> Result<Vec<String>> {
+    let stems: Vec<String> = materials.iter().map(|m| slug(m.name())).collect();
+    for (second, stem) in stems.iter().enumerate() {
+        if let Some(first) = stems[..second].iter().position(|other| other == stem) {
+            let problem = format!(
+                "the materials {:?} and {:?} would both be written as {stem:?}",
+                materials[first].name(),
+                materials[second].name()
+            );
+            let remedy = "give one of them another name";
+            return Err(match file {
+                Some(path) => Error::file(path, problem, remedy),
+                None => Error::Unanswerable(format!("{problem}; {remedy}")),
+            });
+        }
+    }
+    Ok(stems)
 }
 
 fn read(path: &Path) -> Result<Vec<Material>> {

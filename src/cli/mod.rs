@@ -10,8 +10,11 @@ mod arguments;
 mod classify;
 mod console;
 mod fit;
+mod input;
 mod lights;
+mod list;
 mod materials;
+mod named;
 mod output;
 mod progress;
 mod render;
@@ -61,6 +64,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         Verb::Spectrum(options) => spectrum::run(options),
         Verb::Render(options) => render::run(options),
         Verb::Fit(options) => fit::run(options),
+        Verb::List(options) => list::run(options),
         Verb::Accuracy(options) => accuracy::run(options),
         Verb::Completions(options) => {
             let mut bytes = Vec::new();

@@ -30,8 +30,9 @@ impl Unfinished {
             }
             Self::Made { folder, first } => {
                 for ancestor in folder.ancestors() {
-                    // Not empty: somebody else has put something there.
-                    if fs::remove_dir(ancestor).is_err() || ancestor == first {
+                    // Not empty: somebody else has put something there. What could not be made is not there.
+                    if (ancestor.exists() && fs::remove_dir(ancestor).is_err()) || ancestor == first
+                    {
                         break;
                     }
                 }

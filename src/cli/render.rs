@@ -9,8 +9,8 @@ use serde_json::json;
 use crate::cli::arguments::Render;
 use crate::cli::output::OutputFolder;
 use crate::cli::reproduce::sphere_exr;
-use crate::cli::{console, materials, slug, training_set};
-use crate::illumination::{EnvironmentMap, Luminance, builtin, read};
+use crate::cli::{console, input, materials, named, training_set};
+use crate::illumination::{EnvironmentMap, Luminance, builtin};
 use crate::reflection::{Camera, Renderer, Settings};
 use crate::report::encode_png;
 use crate::{Error, Parallelism, Result};
@@ -26,19 +26,10 @@ pub(super) fn run(options: &Render) -> Result<()> {
         distance: options.distance,
     }
     .camera()?;
-    let mut output = OutputFolder::open(&options.out)?;
-    let mut materials = materials::load(&options.materials)?;
-    if let Some(name) = &options.material {
-        let names: Vec<String> = materials.iter().map(|m| m.name().to_owned()).collect();
-        materials.retain(|m| m.name() == name);
-        if materials.is_empty() {
-            return Err(Error::Unanswerable(format!(
-                "there is no material {name:?}; the names are {}",
-                names.join(", ")
-            )));
-        }
-    }
+    let materials = materials::load(&options.materials)?;
+    let stems = materials::stems(options.materials.materials.as_deref(), &materials)?;
     let map = light(options)?;
+    let mut output = OutputFolder::open(&options.out)?;
     let settings = Settings {
         size: options.size,
         tolerance: options.tolerance,
@@ -46,16 +37,15 @@ pub(super) fn run(options: &Render) -> Result<()> {
     };
     let renderer = Renderer::new(&map, Parallelism::Rayon)?;
     let mut answers = Vec::new();
-    for material in &materials {
+    for (material, stem) in materials.iter().zip(&stems) {
         let rendering = renderer.render(
             material,
-            options.lobe,
+            options.lobe.name,
             &camera,
             &settings,
             Parallelism::Rayon,
         )?;
         let image = rendering.image;
-        let stem = slug(material.name());
         // A white sphere in light of mean radiance L shows about L; half of white leaves room above.
         let exposure = 0.5 / Luminance::Rec709.of(map.mean());
         let pixel = |row, column| image.get(row, column);
@@ -136,8 +126,8 @@ impl Place {
 fn light(options: &Render) -> Result<EnvironmentMap> {
     let name = options.light.as_deref().unwrap_or_default();
     let path = Path::new(name);
-    if path.exists() {
-        return read(path, options.mapping);
+    if input::is_standard(path) || path.exists() {
+        return input::map(path, options.mapping);
     }
     let maps = builtin()?;
     match maps.iter().find(|map| map.name() == name) {
@@ -152,6 +142,9 @@ pub(super) fn no_light(path: &Path, builtin: &[EnvironmentMap]) -> Error {
     Error::file(
         path,
         "is neither a file nor a built-in map",
-        format!("the built-in maps are {}", names.join(", ")),
+        format!(
+            "the built-in maps are {}",
+            named::nearest_first(&path.to_string_lossy(), &names).join(", ")
+        ),
     )
 }

@@ -9,7 +9,7 @@ use crate::classify::{
     Calibration, Dataset, Evaluation, EvidenceReader, EvidenceReading, Harness, JudgedPosteriors,
     JudgedReading, LearnedPosterior, LogReader, Method, NearestNeighbour, Observation, Plan,
     Posterior, Protocol, RandomReflectances, Reader, Reading, ReflectanceGrid, Sample, Scaling,
-    TrainingPlan, best_share, collect_random, leave_one_illumination_out, mcnemar,
+    Scenes, TrainingPlan, best_share, collect_random, leave_one_illumination_out, mcnemar,
 };
 use crate::cli::arguments::{Protocols, Reproduce};
 use crate::cli::output::{OutputFolder, write_file};
@@ -75,14 +75,15 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
         })?;
     let mut output = OutputFolder::open(&options.out)?;
     let materials = materials::load(&options.materials)?;
-    let maps = lights::load(&options.lights)?;
-    if maps.len() < 2 {
+    let (maps, scenes) = lights::load(&options.lights)?;
+    let scene_count = scenes.among(&vec![true; maps.len()]).len();
+    if scene_count < 2 {
         return Err(Error::Unanswerable(format!(
-            "leaving one illumination out needs at least two maps and there is only {:?}; add maps to the folder",
+            "leaving one illumination out needs at least two maps of different places and there is only {:?}; add maps to the folder",
             maps[0].name()
         )));
     }
-    let (protocols, methods) = choices(options, &maps);
+    let (protocols, methods) = choices(options, scene_count);
     let spectra = spectrum::analyse(&maps, LIGHT_DEGREE)?;
     let plan = Plan {
         lobe: options.lobes[0],
@@ -110,7 +111,8 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
             turns: if wide { plan.turns } else { 1 },
             ..plan
         };
-        let harness = render(Protocol::Paper, &maps, &materials, &plan, options.seed)?;
+        let harness =
+            render(Protocol::Paper, &maps, &materials, &plan, options.seed)?.with_scenes(&scenes);
         for place in 0..Reader::CONTINUATIONS.len() {
             let chosen = place == continuation && first.is_none();
             rows.extend(nearest_neighbour(
@@ -132,7 +134,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
     let mut beyond = Beyond::default();
     for &protocol in &protocols {
         match protocol {
-            Protocol::Continuous => beyond.add_continuous(&maps, &plan, options.seed)?,
+            Protocol::Continuous => beyond.add_continuous(&maps, &scenes, &plan, options.seed)?,
             Protocol::Paper => {
                 paper.prepare(&methods, &maps, &plan, Parallelism::Rayon)?;
                 beyond.add(&paper, &methods)?;
@@ -142,16 +144,18 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
                 beyond.add(&paper.blind(), &methods)?;
             }
             _ => {
-                let mut harness = render(protocol, &maps, &materials, &plan, options.seed)?;
+                let mut harness =
+                    render(protocol, &maps, &materials, &plan, options.seed)?.with_scenes(&scenes);
                 harness.prepare(&methods, &maps, &plan, Parallelism::Rayon)?;
                 beyond.add(&harness, &methods)?;
             }
         }
     }
     let asked = |p: &Protocols| matches!(p, Protocols::All | Protocols::Files);
-    if maps.len() > 2 && options.protocols.iter().any(asked) {
+    if scene_count > 2 && options.protocols.iter().any(asked) {
         let cameras = TrainingPlan::default().plan.turns;
-        let training = training::load(&maps, &materials, plan.lobe, cameras, false)?;
+        let mut training = training::load(&maps, &materials, plan.lobe, cameras, false)?;
+        training.named.scenes = scenes;
         beyond.files = trial::run(&maps, &materials, &training, &plan, options.seed)?;
     }
     if !beyond.rows.is_empty() {
@@ -219,14 +223,14 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
 }
 
 /// The protocols and classifiers that the options name.
-fn choices(options: &Reproduce, maps: &[EnvironmentMap]) -> (Vec<Protocol>, Vec<Method>) {
+fn choices(options: &Reproduce, scenes: usize) -> (Vec<Protocol>, Vec<Method>) {
     let asked = |protocol: Protocol| {
         (options.protocols.iter()).any(|p| *p == Protocols::All || *p == Protocols::One(protocol))
     };
     let protocols = Protocol::ALL.into_iter().filter(|p| asked(*p)).collect();
     let methods = Method::ALL.into_iter().filter(|method| {
         let named = options.classifiers.is_empty() || options.classifiers.contains(method);
-        named && (maps.len() > 2 || !method.has_inner_loop())
+        named && (scenes > 2 || !method.has_inner_loop())
     });
     (protocols, methods.collect())
 }
@@ -301,7 +305,13 @@ impl Beyond {
     }
 
     /// σ and the specular share of random reflectances.
-    fn add_continuous(&mut self, maps: &[EnvironmentMap], plan: &Plan, seed: u64) -> Result<()> {
+    fn add_continuous(
+        &mut self,
+        maps: &[EnvironmentMap],
+        scenes: &Scenes,
+        plan: &Plan,
+        seed: u64,
+    ) -> Result<()> {
         let viewpoint = Protocol::Continuous.view().viewpoint;
         let reader = LogReader::new(viewpoint)?;
         let evidence_reader = EvidenceReader::new(viewpoint)?;
@@ -350,7 +360,8 @@ impl Beyond {
             &features,
             &LearnedPosterior::shares(),
             &LearnedPosterior::sigmas(),
-        )?;
+        )?
+        .with_scenes(scenes);
         let results = learned.leave_one_illumination_out(&evidence, Parallelism::Rayon)?;
         let row = |reader: &str, of: fn(&JudgedPosteriors) -> &Posterior| {
             let posteriors: Vec<_> = results.iter().map(|r| (r.truth, of(r))).collect();
@@ -643,7 +654,8 @@ fn nearest_neighbour(
         .map(|s| s.judged.paper[continuation].to_array())
         .collect();
     let labels: Vec<usize> = shown.iter().map(|s| s.observation.material).collect();
-    let groups: Vec<usize> = shown.iter().map(|s| s.observation.illumination).collect();
+    let illuminations = shown.iter().map(|s| s.observation.illumination);
+    let groups: Vec<usize> = illuminations.map(|i| data.scenes.of(i)).collect();
     let judged = data.judged();
     let count = data.materials.len();
     let finishes: Vec<Finish> = materials.iter().map(Material::finish).collect();
@@ -696,6 +708,9 @@ fn describe(
             "sigma": m.roughness().sigma(),
         })).collect::<Vec<_>>(),
         "illuminations": maps.iter().map(EnvironmentMap::name).collect::<Vec<_>>(),
+        "left_out_together": data.scenes.groups(maps.len()).iter()
+            .map(|group| group.iter().map(|&i| maps[i].name()).collect::<Vec<_>>())
+            .collect::<Vec<_>>(),
     })
 }
 

@@ -4,22 +4,81 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::json;
 
 use crate::cli::arguments::Spectrum;
-use crate::cli::{console, output, progress};
-use crate::illumination::{EnvironmentMap, LightSpectrum, builtin, read};
+use crate::cli::{console, input, output, progress};
+use crate::illumination::{EnvironmentMap, LightSpectrum, builtin};
 use crate::report::light_spectra;
-use crate::{Parallelism, Result};
+use crate::{Error, Parallelism, Result};
+
+/// The largest degree, unless said.
+const DEGREE: usize = 128;
 
 pub(super) fn run(options: &Spectrum) -> Result<()> {
-    let maps = if options.files.is_empty() {
-        builtin()?
+    let degree = options.degree.unwrap_or(DEGREE);
+    let (maps, spectra) = if options.files.is_empty() {
+        let maps = builtin()?;
+        let spectra = analyse(&maps, degree)?;
+        (maps, spectra)
     } else {
-        let files = options.files.iter();
-        files
-            .map(|file| read(file, options.mapping))
-            .collect::<Result<Vec<_>>>()?
+        of_files(options, degree)?
     };
-    let spectra = analyse(&maps, options.degree)?;
-    console::answer(table(&maps, &spectra).to_string());
+    let failed = options.files.len().saturating_sub(maps.len());
+    if !maps.is_empty() {
+        answer(options, &maps, &spectra)?;
+    }
+    if options.files.len() > 1 && failed > 0 {
+        return Err(Error::Unanswerable(format!(
+            "{failed} of {} maps have no spectrum here, for the reasons above",
+            options.files.len()
+        )));
+    }
+    Ok(())
+}
+
+/// The maps of files and their spectra; of many the bad ones are told and left out, of one alone it is the error.
+fn of_files(
+    options: &Spectrum,
+    degree: usize,
+) -> Result<(Vec<EnvironmentMap>, Vec<LightSpectrum>)> {
+    let alone = options.files.len() == 1;
+    let bar = progress::bar(options.files.len(), "spectra");
+    let all = Parallelism::Rayon.map(options.files.len(), |i| {
+        let file = &options.files[i];
+        let found = input::map(file, options.mapping).and_then(|map| {
+            let spectrum = LightSpectrum::of(&map, degree, Parallelism::Sequential)
+                .map_err(|error| input::error_of(file, error))?;
+            Ok((map, spectrum))
+        });
+        bar.inc(1);
+        found
+    });
+    bar.finish_and_clear();
+    let (mut maps, mut spectra) = (Vec::new(), Vec::new());
+    for (file, found) in options.files.iter().zip(all) {
+        match found {
+            Ok((map, spectrum)) => {
+                let limit = map.max_degree()?;
+                if options.degree.is_some_and(|degree| degree > limit) {
+                    console::complain(format!(
+                        "lobes: {}: degree {degree} is beyond {limit}, the largest that its {} rows carry; the spectrum ends there",
+                        input::name(file),
+                        map.height()
+                    ));
+                }
+                maps.push(map);
+                spectra.push(spectrum);
+            }
+            Err(error) if alone => return Err(error),
+            Err(error) => {
+                console::json(&json!({ "map": input::name(file), "error": error.to_string() }))?;
+                console::complain(format!("lobes: {error}"));
+            }
+        }
+    }
+    Ok((maps, spectra))
+}
+
+fn answer(options: &Spectrum, maps: &[EnvironmentMap], spectra: &[LightSpectrum]) -> Result<()> {
+    console::answer(table(maps, spectra).to_string());
     let (first, last) = LightSpectrum::FIT_RANGE;
     console::answer(format!(
         "η, k: the law k / l^(2+η) fitted to the luminance for l = {first} … {last}, or to the map's last degree. \
@@ -27,7 +86,7 @@ pub(super) fn run(options: &Spectrum) -> Result<()> {
          sphere clipped.",
         100.0 * LightSpectrum::CLIPPED_SHARE,
     ));
-    for (map, spectrum) in maps.iter().zip(&spectra) {
+    for (map, spectrum) in maps.iter().zip(spectra) {
         console::json(&json!({
             "map": map.name(),
             "k": spectrum.law.k,
@@ -41,14 +100,17 @@ pub(super) fn run(options: &Spectrum) -> Result<()> {
             "channels": spectrum.channels,
         }))?;
     }
+    let Some(path) = &options.plot else {
+        return Ok(());
+    };
     let named: Vec<(String, Vec<f64>)> = maps
         .iter()
-        .zip(&spectra)
+        .zip(spectra)
         .map(|(map, spectrum)| (map.name().to_owned(), spectrum.luminance.clone()))
         .collect();
-    let plot = light_spectra(&named, median_eta(&spectra));
-    output::write_file(&options.plot, plot.as_bytes())?;
-    console::note(format!("wrote {}", options.plot.display()));
+    let plot = light_spectra(&named, median_eta(spectra));
+    output::write_file(path, plot.as_bytes())?;
+    console::note(format!("wrote {}", path.display()));
     Ok(())
 }
 
@@ -58,7 +120,7 @@ pub(super) fn analyse(maps: &[EnvironmentMap], degree: usize) -> Result<Vec<Ligh
     let spectra = Parallelism::Rayon.map(maps.len(), |i| {
         let spectrum = LightSpectrum::of(&maps[i], degree, Parallelism::Sequential);
         bar.inc(1);
-        spectrum
+        spectrum.map_err(|error| Error::Unanswerable(format!("{}: {error}", maps[i].name())))
     });
     bar.finish_and_clear();
     spectra.into_iter().collect()

@@ -13,7 +13,7 @@ use serde_json::json;
 use crate::cli::arguments::Materials;
 use crate::cli::output::{FolderLock, write_file};
 use crate::cli::render::{Place, no_light};
-use crate::cli::{console, materials, progress, slug};
+use crate::cli::{console, materials, named, progress, slug};
 use crate::files::{Picture, Precision, encode_exr};
 use crate::illumination::{self, EnvironmentMap, builtin};
 use crate::reflectance::{Material, Variant};
@@ -55,7 +55,7 @@ fn one() -> usize {
 }
 
 fn default_lobe() -> String {
-    "sampled".into()
+    Variant::default().name().into()
 }
 
 /// How the images are stored.
@@ -108,10 +108,14 @@ const ERRORS: &str = "errors.jsonl";
 pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
     let set = read(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let lobe: Variant = set.lobe.parse()?;
+    let lobe: Variant = set
+        .lobe
+        .parse()
+        .map_err(|error| named::in_file(path, error))?;
     let materials = materials::load(&Materials {
         materials: set.materials.as_ref().map(|file| folder.join(file)),
         as_albedos: false,
+        only: Vec::new(),
     })?;
     let (lights, sources) = sources(&set, &folder)?;
     let places = if set.camera.is_empty() {
@@ -134,14 +138,7 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
         "lights",
         lights.iter().map(|light| stem(light)).collect(),
     )?;
-    let stems = distinct(
-        path,
-        "materials",
-        materials
-            .iter()
-            .map(|material| slug(material.name()))
-            .collect(),
-    )?;
+    let stems = materials::stems(Some(path), &materials)?;
     let file = |light: usize, material: usize, camera: usize| {
         format!("{}/{}-{:03}.exr", names[light], stems[material], camera)
     };
@@ -302,7 +299,7 @@ fn check(settings: &Settings, camera: &Camera) -> Result<()> {
     };
     Renderer::new(&map, Parallelism::Sequential)?.render(
         &mirror,
-        Variant::RadianceSampled,
+        Variant::default(),
         camera,
         &small,
         Parallelism::Sequential,

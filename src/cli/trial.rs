@@ -51,12 +51,14 @@ pub(super) fn run(
     // What is left of it harms nobody.
     let _ = std::fs::remove_dir_all(&folder);
     let outcomes = outcomes?;
-    let bar = progress::bar(maps.len(), "files");
-    let folds = Parallelism::Rayon.map(maps.len(), |left_out| {
-        let seen: Vec<bool> = (0..maps.len()).map(|i| i != left_out).collect();
+    let all = vec![true; maps.len()];
+    let scenes = training.named.scenes.among(&all);
+    let bar = progress::bar(scenes.len(), "files");
+    let folds = Parallelism::Rayon.map(scenes.len(), |fold| {
+        let seen = training.named.scenes.others(&all, scenes[fold]);
         let model = Model::learn_from(training, &seen, Parallelism::Sequential)?;
         let mut rows = vec![FilesRow::default(); KINDS.len()];
-        let of = outcomes.iter().filter(|o| o.0 == left_out);
+        let of = outcomes.iter().filter(|o| !seen[o.0]);
         for (_, material, (kind, outcome)) in of {
             let row = &mut rows[*kind];
             row.total += 1;

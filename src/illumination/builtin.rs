@@ -30,6 +30,16 @@ const MAPS: &[(&str, &[u8])] = maps![
     "pmndrs-venice",
 ];
 
+/// The names of the [`builtin()`] maps, sorted, without reading any.
+///
+/// ```
+/// assert!(lobes::illumination::builtin_names().eq(lobes::illumination::builtin()?.iter().map(|map| map.name())));
+/// # Ok::<(), lobes::Error>(())
+/// ```
+pub fn builtin_names() -> impl Iterator<Item = &'static str> {
+    MAPS.iter().map(|&(name, _)| name)
+}
+
 /// The illuminations that come with the library, sorted by name: seventeen captured places, indoors and
 /// out, as 512×256 maps in the public domain (CC0).
 ///

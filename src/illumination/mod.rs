@@ -11,8 +11,8 @@ mod spectrum;
 
 pub use adaptation::ChromaticAdaptation;
 #[cfg(feature = "builtin")]
-pub use builtin::builtin;
+pub use builtin::{builtin, builtin_names};
 pub use map::{EnvironmentMap, Luminance};
 #[cfg(feature = "files")]
-pub use read::{read, read_folder};
+pub use read::{read, read_bytes, read_folder};
 pub use spectrum::{LightSpectrum, PowerLaw};

@@ -26,7 +26,16 @@ const ENDINGS: [&str; 4] = ["exr", "hdr", "pic", "pfm"];
 /// # Ok::<(), lobes::Error>(())
 /// ```
 pub fn read(path: &Path, mapping: Option<Mapping>) -> Result<EnvironmentMap> {
-    read_as(path, |width, height| match mapping {
+    read_bytes(path, &files::read_bytes(path)?, mapping)
+}
+
+/// [`read()`], of bytes that are already in memory: `path` names the map, and the file in errors.
+///
+/// # Errors
+///
+/// As [`read()`], but for what cannot be opened.
+pub fn read_bytes(path: &Path, bytes: &[u8], mapping: Option<Mapping>) -> Result<EnvironmentMap> {
+    decode_as(path, bytes, |width, height| match mapping {
         Some(mapping) if !mapping.fits(width, height) => {
             let (across, down) = mapping.aspect();
             Err(Error::file(
@@ -49,12 +58,13 @@ fn guess(path: &Path, width: usize, height: usize) -> Result<Mapping> {
     })
 }
 
-/// The map of a file, under the mapping that is chosen for its size.
-fn read_as(
+/// The map of a file's bytes, under the mapping that is chosen for its size.
+fn decode_as(
     path: &Path,
+    bytes: &[u8],
     choose: impl Fn(usize, usize) -> Result<Mapping>,
 ) -> Result<EnvironmentMap> {
-    let picture = files::read(path)?;
+    let picture = files::decode_problem(bytes).map_err(|problem| problem.in_file(path))?;
     let mapping = choose(picture.width, picture.height)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     EnvironmentMap::from_picture(name, mapping, picture.width, picture.height, picture.pixels)
@@ -111,10 +121,14 @@ pub fn read_folder(path: &Path, mapping: Option<Mapping>) -> Result<Vec<Environm
     paths
         .iter()
         .map(|path| {
-            read_as(path, |width, height| match mapping {
-                Some(mapping) if mapping.fits(width, height) => Ok(mapping),
-                _ => guess(path, width, height),
-            })
+            decode_as(
+                path,
+                &files::read_bytes(path)?,
+                |width, height| match mapping {
+                    Some(mapping) if mapping.fits(width, height) => Ok(mapping),
+                    _ => guess(path, width, height),
+                },
+            )
         })
         .collect()
 }

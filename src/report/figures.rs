@@ -52,7 +52,11 @@ pub fn light_spectra(spectra: &[(String, Vec<f64>)], eta: f64) -> String {
             .collect(),
     });
     series.push(Series {
-        name: "median".into(),
+        // One map is no median.
+        name: match spectra {
+            [(name, _)] => name.clone(),
+            _ => "median".into(),
+        },
         in_legend: true,
         colour: COLOURS[1].into(),
         mark: Mark::Line(2.5),

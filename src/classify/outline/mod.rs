@@ -68,11 +68,12 @@ impl Circle {
 /// The circle of the sphere in a picture without a mask.
 ///
 /// Where the picture's border is of one value, as renderers leave it, what differs from that value is the sphere, and a circle
-/// is fitted to its outline, of which a part may be as dark as the background. Else it is the roundest edge in the picture.
+/// is fitted to its outline, of which a part may be as dark as the background. Else it is the roundest edge in the picture; with it come the
+/// other round things that may be spheres too.
 ///
 /// # Errors
 /// A picture that is too small, or in which no circle is to be seen.
-pub(super) fn find(picture: &Picture) -> Result<Circle> {
+pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
     let side = picture.width().min(picture.height());
     if side < 16 {
         return Err(Error::Unanswerable(format!(
@@ -82,7 +83,7 @@ pub(super) fn find(picture: &Picture) -> Result<Circle> {
         )));
     }
     match plain::before_one_value(picture) {
-        Some(circle) => Ok(circle),
+        Some(circle) => Ok((circle, Vec::new())),
         None => round::find(picture),
     }
 }
@@ -148,9 +149,43 @@ mod tests {
             let truth = Circle { x, y, radius };
             let wall = |x: f64, y: f64| 0.1 + 0.25 * hash((x / 24.0) as u64, (y / 24.0) as u64);
             let pixels = ball(320, 240, truth, shaded, wall);
-            let found = find(&Picture::linear(320, 240, pixels).unwrap()).unwrap();
+            let (found, others) = find(&Picture::linear(320, 240, pixels).unwrap()).unwrap();
+            assert_eq!(others, [], "there is one");
             let off = error(found, truth);
             assert!(off < 0.01 * radius, "{found:?} for {truth:?}");
+        }
+    }
+
+    #[test]
+    fn says_that_there_are_several() {
+        let wall = |x: f64, y: f64| 0.1 + 0.25 * hash((x / 24.0) as u64, (y / 24.0) as u64);
+        let first = Circle {
+            x: 80.0,
+            y: 120.3,
+            radius: 60.0,
+        };
+        let second = Circle {
+            x: 230.0,
+            y: 130.0,
+            radius: 70.0,
+        };
+        let behind = |x: f64, y: f64| {
+            let (u, v) = (
+                (x - second.x) / second.radius,
+                (y - second.y) / second.radius,
+            );
+            if u * u + v * v < 1.0 {
+                shaded(u, v)
+            } else {
+                wall(x, y)
+            }
+        };
+        let pixels = ball(320, 240, first, shaded, behind);
+        let (found, others) = find(&Picture::linear(320, 240, pixels).unwrap()).unwrap();
+        assert_eq!(others.len(), 1, "{found:?} {others:?}");
+        for truth in [first, second] {
+            let off = error(found, truth).min(error(others[0], truth));
+            assert!(off < 0.02 * truth.radius, "{found:?} {others:?}");
         }
     }
 
@@ -166,7 +201,7 @@ mod tests {
             for background in [0.0, 0.5] {
                 let radiance = |u: f64, v: f64| background + lit(u, v);
                 let pixels = ball(320, 240, truth, radiance, |_, _| background);
-                let found = find(&Picture::linear(320, 240, pixels).unwrap()).unwrap();
+                let (found, _) = find(&Picture::linear(320, 240, pixels).unwrap()).unwrap();
                 let off = error(found, truth);
                 assert!(
                     off < 0.01 * radius,

@@ -43,12 +43,17 @@ struct Support {
     gain: f64,
 }
 
+/// The least score of another sphere, over that of the one that is chosen.
+const ANOTHER: f64 = 0.4;
+
+/// The roundest edge, and what else in the picture is round, apart from it, of at least half and at most twice its size, and almost as well seen.
+///
 /// The roundest edge: circles that edges vote for, each moved to where most edges are and then to where the light breaks, and judged by
 /// how much of them is seen, against what the edges around would make of a circle by chance.
 ///
 /// # Errors
 /// A picture in which no circle passes the least of that, and one in which all that does is saturated.
-pub(super) fn find(picture: &Picture) -> Result<Circle> {
+pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
     let side = picture.width().min(picture.height());
     let picture = Reduced::of(picture, side.div_ceil(SIDE));
     let scale = picture.scale as f64;
@@ -77,11 +82,30 @@ pub(super) fn find(picture: &Picture) -> Result<Circle> {
         support.score > LEAST_SCORE && support.seen > LEAST_SEEN && support.sharp > LEAST_SHARP
     };
     if let Some(best) = choose(&followed).filter(passes) {
-        return Ok(Circle {
-            x: best.circle.x * scale,
-            y: best.circle.y * scale,
-            radius: best.circle.radius * scale,
-        });
+        let whole = |circle: Circle| Circle {
+            x: circle.x * scale,
+            y: circle.y * scale,
+            radius: circle.radius * scale,
+        };
+        let mut apart = vec![best.circle];
+        for support in followed.iter().chain(&saturated).filter(|s| passes(s)) {
+            let circle = support.circle;
+            let ratio = circle.radius / best.circle.radius;
+            let beside = |other: &Circle| {
+                let centres = (circle.x - other.x).hypot(circle.y - other.y);
+                centres > 0.9 * (circle.radius + other.radius)
+            };
+            if support.score > ANOTHER * best.score
+                && (0.5..2.0).contains(&ratio)
+                && apart.iter().all(beside)
+            {
+                apart.push(circle);
+            }
+        }
+        return Ok((
+            whole(best.circle),
+            apart.into_iter().skip(1).map(whole).collect(),
+        ));
     }
     Err(Error::Unanswerable(if saturated.iter().any(passes) {
         "all that is round in the picture is saturated, a lamp or a sphere exposed too much; give a sphere with --circle x,y,r".into()
