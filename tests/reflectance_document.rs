@@ -11,7 +11,7 @@ use std::path::Path;
 use lobes::glam::DVec3;
 use lobes::reflectance::fit::{Measurement, Widths, fit};
 use lobes::reflectance::{Variant, Ward, approximation, lambert, presets, presets_as_albedos};
-use lobes::report::{Axis, Chart, Mark, Series};
+use lobes::report::{Axis, Chart, Mark, Naming, Series};
 
 fn lobe(variant: Variant, sigma: f64) -> Ward {
     Ward::isotropic(variant, sigma).unwrap()
@@ -176,7 +176,7 @@ const COLOURS: [&str; 4] = ["#d55e00", "#e69f00", "#0072b2", "#222222"];
 fn series(name: &str, colour: &str, mark: Mark, points: Vec<(f64, f64)>) -> Series {
     Series {
         name: name.to_owned(),
-        in_legend: true,
+        naming: Naming::Legend,
         colour: colour.to_owned(),
         mark,
         // As many digits as a plot shows, or the last of them would differ from one processor to the next.
@@ -206,7 +206,7 @@ fn albedo_figure() -> Chart {
     });
     // Where 1 is passed.
     lines.push(Series {
-        in_legend: false,
+        naming: Naming::Tooltip,
         ..series(
             "no loss, no gain",
             "#999999",

@@ -10,7 +10,7 @@ use crate::cli::output::OutputFolder;
 use crate::cli::{console, input, lights, materials, progress, training};
 use crate::illumination::Luminance;
 use crate::reflectance::Material;
-use crate::report::{Figure, Page, encode_png, posterior_map};
+use crate::report::{Figure, Image, Inline, Page, encode_png, encode_spheres, posterior_map};
 use crate::{Error, Parallelism, Result};
 
 /// A sphere as it was read.
@@ -24,8 +24,8 @@ struct Sphere {
     features: SphereFeatures,
     /// A PNG of it, for the page.
     picture: Option<Vec<u8>>,
-    /// A PNG that shows where it was found.
-    overlay: Option<Vec<u8>>,
+    /// A PNG that shows where it was found, and its width and height.
+    overlay: Option<(Vec<u8>, (usize, usize))>,
 }
 
 /// So many pictures are read, judged and told at a time: what is kept of them does not grow with how many there are.
@@ -186,8 +186,7 @@ fn read(path: &Path, options: &Classify) -> Result<Sphere> {
         distance: image.camera().distance(),
         features: SphereFeatures::of(&sphere)?,
         picture: if options.report {
-            let pixel = |row, column| image.get(row, column);
-            Some(encode_png(Cut::SIZE, Cut::SIZE, exposure, pixel)?)
+            Some(encode_spheres(&[image], 1, 0, exposure)?)
         } else {
             None
         },
@@ -200,23 +199,20 @@ fn read(path: &Path, options: &Classify) -> Result<Sphere> {
 }
 
 /// The picture, no larger than 1024 pixels, with the circle on it.
-fn overlay(photo: &Picture, circle: Circle, exposure: f64) -> Result<Vec<u8>> {
+fn overlay(photo: &Picture, circle: Circle, exposure: f64) -> Result<(Vec<u8>, (usize, usize))> {
     let scale = photo.width().max(photo.height()).div_ceil(1024);
     let line = 1.5f64.max(0.01 * circle.radius / scale as f64) * scale as f64;
-    encode_png(
-        photo.width() / scale,
-        photo.height() / scale,
-        exposure,
-        |row, column| {
-            let (y, x) = (row * scale, column * scale);
-            let off = (x as f64 + 0.5 - circle.x).hypot(y as f64 + 0.5 - circle.y);
-            if (off - circle.radius).abs() < line {
-                // Magenta at full strength whatever the exposure.
-                return Some([1.0, 0.0, 1.0].map(|value| value / exposure));
-            }
-            Some(photo.pixels()[y * photo.width() + x])
-        },
-    )
+    let (width, height) = (photo.width() / scale, photo.height() / scale);
+    let png = encode_png(width, height, exposure, |row, column| {
+        let (y, x) = (row * scale, column * scale);
+        let off = (x as f64 + 0.5 - circle.x).hypot(y as f64 + 0.5 - circle.y);
+        if (off - circle.radius).abs() < line {
+            // Magenta at full strength whatever the exposure.
+            return Some([1.0, 0.0, 1.0].map(|value| value / exposure));
+        }
+        Some(photo.pixels()[y * photo.width() + x])
+    })?;
+    Ok((png, (width, height)))
 }
 
 /// How many pictures show what.
@@ -344,6 +340,8 @@ struct Pages<'a> {
     /// Opened when there is something to write.
     output: Option<OutputFolder>,
     page: Page,
+    /// A line for each picture, with the class of its row.
+    summary: Vec<(&'static str, Vec<String>)>,
 }
 
 impl<'a> Pages<'a> {
@@ -353,9 +351,16 @@ impl<'a> Pages<'a> {
             output: None,
             page: Page::new(
                 "Materials read off pictures",
-                "For each picture the sphere that was read, the probability of each material, and the posterior of the specular \
-                 share ρ_s / (ρ_s + ρ_d) and the roughness σ. A learned model: docs/inference.md.",
+                &[
+                    Inline::Text(
+                        "For each picture the sphere that was read, the probability of each material, and the posterior of the specular \
+                         share ρ_s / (ρ_s + ρ_d) and the roughness σ, with the interval that holds 90 % of it. A learned model, which ",
+                    ),
+                    Inline::Code("docs/inference.md"),
+                    Inline::Text(" in the repository explains."),
+                ],
             ),
+            summary: Vec::new(),
         };
         if options.report {
             pages.output()?;
@@ -389,48 +394,95 @@ impl<'a> Pages<'a> {
                 if self.options.report {
                     self.page.heading(&name);
                     self.page.paragraph(&error.to_string());
+                    let cells = [&name, "not classified", "–", "–", "–"];
+                    self.summary
+                        .push(("quoted", cells.map(str::to_owned).to_vec()));
                 }
                 return Ok(());
             }
         };
         let stem = format!("{number:04}-{}", super::slug(&name));
+        let Circle { x, y, radius } = sphere.circle;
         let mut pictures = Vec::new();
-        if let Some(overlay) = &sphere.overlay {
+        if let Some((overlay, size)) = &sphere.overlay {
             let path = format!("{stem}-found.png");
             self.output()?.add(path.clone(), overlay)?;
             pictures.push(Figure {
-                path,
-                caption: vec!["where the sphere was found".into()],
+                images: vec![Image {
+                    path,
+                    seen: format!(
+                        "The picture {name} with a magenta circle about {x:.0}, {y:.0} of radius {radius:.0} pixels"
+                    ),
+                    size: *size,
+                }],
+                caption: vec!["Where the sphere was found".into()],
             });
         }
+        let said = verdict
+            .material()
+            .map_or("none of these", |i| materials[i].name());
         if let Some(picture) = &sphere.picture {
             let path = format!("{stem}.png");
             self.output()?.add(path.clone(), picture)?;
             pictures.push(Figure {
-                path,
-                caption: vec!["the sphere as it was read".into()],
-            });
-            let path = format!("{stem}-posterior.svg");
-            let map = posterior_map(&verdict.posterior);
-            self.output()?.add(path.clone(), map)?;
-            pictures.push(Figure {
-                path,
-                caption: vec!["the posterior".into()],
+                images: vec![Image {
+                    path,
+                    seen: format!("The sphere of {name} by itself, called {said}"),
+                    size: (Cut::SIZE, Cut::SIZE),
+                }],
+                caption: vec!["The sphere as it was read".into()],
             });
         }
-        if self.options.report {
-            self.page.heading(&name);
-            self.page.paragraph(&sentence(sphere, verdict, materials));
-            self.page.grid(pictures.len().max(1), &pictures);
-            let rows: Vec<(&str, Vec<String>)> = materials
-                .iter()
-                .map(Material::name)
-                .zip(verdict.probabilities.iter().copied())
-                .chain([("none of these", verdict.none)])
-                .map(|(name, p)| ("", vec![name.to_owned(), format!("{p:.3}")]))
-                .collect();
-            self.page.table(&["material", "probability#"], &rows);
+        if !self.options.report {
+            return Ok(());
         }
+        self.page.heading(&name);
+        self.page.paragraph(&sentence(sphere, verdict, materials));
+        self.page.grid(220, &pictures);
+        let path = format!("{stem}-posterior.svg");
+        let map = posterior_map(&verdict.posterior);
+        self.output()?.add(path.clone(), &map)?;
+        let (share, sigma) = verdict.posterior.mode();
+        self.page.drawing(
+            &map,
+            &format!(
+                "A map of the posterior, darkest at a specular share of {share:.2} and σ {sigma:.3}"
+            ),
+            &[
+                Inline::Text("The posterior: the darker the likelier, with a cross at its mode. "),
+                Inline::Link("As a file", &path),
+            ],
+        );
+        let mut rows: Vec<(f64, &str)> = materials
+            .iter()
+            .zip(&verdict.probabilities)
+            .map(|(material, &p)| (p, material.name()))
+            .collect();
+        rows.push((verdict.none, "none of these"));
+        rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let likeliest = rows[0].0;
+        let cells = |[low, middle, high]: [f64; 3], decimals: usize| {
+            format!("{middle:.decimals$} ({low:.decimals$} – {high:.decimals$})")
+        };
+        self.summary.push((
+            "",
+            vec![
+                name.to_string(),
+                rows[0].1.to_owned(),
+                format!("{likeliest:.3}"),
+                cells(interval(|level| verdict.posterior.sigma_quantile(level)), 3),
+                cells(interval(|level| verdict.posterior.share_quantile(level)), 2),
+            ],
+        ));
+        let rows: Vec<(&str, Vec<String>)> = rows
+            .into_iter()
+            .map(|(p, name)| ("", vec![name.to_owned(), format!("{p:.3}")]))
+            .collect();
+        self.page.table(
+            "How likely each material is",
+            &["material", "probability#"],
+            &rows,
+        );
         Ok(())
     }
 
@@ -440,10 +492,19 @@ impl<'a> Pages<'a> {
         };
         let out = &self.options.out;
         if self.options.report {
+            if self.summary.len() > 1 {
+                let headings = [
+                    "picture",
+                    "likeliest",
+                    "probability#",
+                    "σ, 90 % interval#",
+                    "specular share, 90 % interval#",
+                ];
+                self.page.lead(&[Inline::Text(summary)]);
+                self.page.summary("All pictures", &headings, &self.summary);
+            }
             let version = format!("lobes {}", env!("CARGO_PKG_VERSION"));
-            self.page.heading("In all");
-            self.page.paragraph(summary);
-            output.add("index.html", self.page.html(&version))?;
+            output.add("index.html", self.page.html(&[Inline::Text(&version)]))?;
         }
         output.commit()?;
         if self.options.report {

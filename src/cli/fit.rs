@@ -9,7 +9,7 @@ use crate::cli::arguments::Fit;
 use crate::cli::{console, input, output};
 use crate::reflectance::Ward;
 use crate::reflectance::fit::{self, Estimate, Measurement, Widths};
-use crate::report::{Axis, Chart, Mark, Series};
+use crate::report::{Axis, Chart, Mark, Naming, Series};
 use crate::{Error, Result};
 
 /// The most points of a channel that the plot shows.
@@ -64,7 +64,7 @@ pub(super) fn run(options: &Fit) -> Result<()> {
         let every = residuals.len().div_ceil(PLOTTED);
         series.push(Series {
             name: name.to_owned(),
-            in_legend: true,
+            naming: Naming::Legend,
             colour: colour.to_owned(),
             mark: Mark::Symbol(0),
             points: residuals

@@ -26,6 +26,7 @@ use crate::report::{
 use crate::{Error, Parallelism, Result};
 
 mod page;
+mod statements;
 
 /// The degree to which the page shows the spectra of the light.
 const LIGHT_DEGREE: usize = 128;
@@ -201,7 +202,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
         &maps,
         &spectra,
         &materials,
-        data,
+        &paper,
     )?;
     output.add("index.html", page)?;
     output.commit()?;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::classify::Posterior;
 use crate::report::plot::{COLOURS, escape, header};
-use crate::report::{Axis, Chart, Mark, Series};
+use crate::report::{Axis, Chart, Mark, Naming, Series};
 
 /// The power spectra of natural light (the paper's Figure 1): one thin line an illumination, its share
 /// of the power of l ≥ 1, and the median of all with the fitted range.
@@ -23,7 +23,7 @@ pub fn light_spectra(spectra: &[(String, Vec<f64>)], eta: f64) -> String {
     for ((name, _), share) in spectra.iter().zip(&shares) {
         series.push(Series {
             name: name.clone(),
-            in_legend: false,
+            naming: Naming::Tooltip,
             colour: "#9db7cf".into(),
             mark: Mark::Line(1.0),
             points: points(share),
@@ -44,7 +44,7 @@ pub fn light_spectra(spectra: &[(String, Vec<f64>)], eta: f64) -> String {
         / (degrees.max(2) - 1) as f64;
     series.push(Series {
         name: format!("k / l^{:.2}", 2.0 + eta),
-        in_legend: true,
+        naming: Naming::Legend,
         colour: COLOURS[4].into(),
         mark: Mark::Dashes(2.0),
         points: (1..degrees)
@@ -57,7 +57,7 @@ pub fn light_spectra(spectra: &[(String, Vec<f64>)], eta: f64) -> String {
             [(name, _)] => name.clone(),
             _ => "median".into(),
         },
-        in_legend: true,
+        naming: Naming::Legend,
         colour: COLOURS[1].into(),
         mark: Mark::Line(2.5),
         points: points(&median),
@@ -78,14 +78,14 @@ fn points(spectrum: &[f64]) -> Vec<(f64, f64)> {
     indexed.map(|(l, &power)| (l as f64, power)).collect()
 }
 
-/// The plane of v1 and v2 (the paper's Figure 2): one symbol an image, one colour a material.
+/// The plane of v1 and v2 (the paper's Figure 2): one symbol an image, one colour a material, whose name stands beside its images.
 ///
 /// - `materials`: their names.
 /// - `images`: (material, v1, v2) of each image.
 pub fn feature_plane(materials: &[String], images: &[(usize, f64, f64)]) -> String {
     let series = materials.iter().enumerate().map(|(material, name)| Series {
         name: name.clone(),
-        in_legend: true,
+        naming: Naming::AtPoints,
         colour: COLOURS[material % COLOURS.len()].into(),
         mark: Mark::Symbol(material),
         points: images
@@ -111,7 +111,7 @@ pub fn feature_plane(materials: &[String], images: &[(usize, f64, f64)]) -> Stri
 pub fn calibration(coverage: &[(f64, f64, f64)]) -> String {
     let line = |name: &str, colour: &str, mark, points| Series {
         name: name.into(),
-        in_legend: true,
+        naming: Naming::Legend,
         colour: colour.into(),
         mark,
         points,
@@ -158,6 +158,9 @@ pub fn posterior_map(posterior: &Posterior) -> String {
         )
     };
     for (at, p) in posterior.probabilities().iter().enumerate() {
+        if p / largest < 0.001 {
+            continue;
+        }
         let (x, y) = place(at % columns, at / columns);
         let _ = writeln!(
             out,
@@ -213,13 +216,16 @@ pub fn posterior_map(posterior: &Posterior) -> String {
 /// A confusion matrix: rows are the truth, columns what was said.
 pub fn confusion_matrix(materials: &[String], matrix: &[Vec<usize>]) -> String {
     let n = materials.len() as f64;
-    let (cell, left, top) = (46.0, 130.0, 150.0);
-    let (width, height) = (left + n * cell + 40.0, top + n * cell + 24.0);
+    // Names are set at 14, about 7.5 a letter, beside the rows and slanted by 50° above the columns.
+    let longest = materials.iter().map(|name| name.chars().count()).max();
+    let name = 7.5 * longest.unwrap_or(0) as f64;
+    let (cell, left, top) = (46.0, (24.0 + name).max(160.0), 64.0 + 0.77 * name);
+    let (width, height) = (left + n * cell + 0.64 * name, top + n * cell + 8.0);
     let mut out = header(width, height, "Confusion matrix");
     let _ = writeln!(
         out,
-        "<text x=\"16\" y=\"24\" font-size=\"15\" font-weight=\"600\">Confusion</text>\
-         <text x=\"16\" y=\"44\" fill=\"#666\">row: truth, column: said</text>"
+        "<g font-size=\"14\"><text x=\"8\" y=\"22\" font-size=\"15\" font-weight=\"600\">Confusion</text>\
+         <text x=\"8\" y=\"44\">row: truth</text><text x=\"8\" y=\"62\">column: said</text>"
     );
     for (i, name) in materials.iter().enumerate() {
         let centre = (i as f64 + 0.5) * cell;
@@ -228,7 +234,7 @@ pub fn confusion_matrix(materials: &[String], matrix: &[Vec<usize>]) -> String {
             "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\
              <text transform=\"translate({:.1} {:.1}) rotate(-50)\">{}</text>",
             left - 8.0,
-            top + centre + 4.0,
+            top + centre + 5.0,
             escape(name),
             left + centre,
             top - 8.0,
@@ -247,21 +253,23 @@ pub fn confusion_matrix(materials: &[String], matrix: &[Vec<usize>]) -> String {
             let (x, y) = (left + said as f64 * cell, top + truth as f64 * cell);
             let _ = writeln!(
                 out,
-                "<rect x=\"{x}\" y=\"{y}\" width=\"{cell}\" height=\"{cell}\" fill=\"#f6f6f6\" stroke=\"#fff\"/>\
-                 <rect x=\"{x}\" y=\"{y}\" width=\"{cell}\" height=\"{cell}\" fill=\"{colour}\" fill-opacity=\"{:.3}\" stroke=\"#fff\"/>",
-                if count == 0 { 0.0 } else { 0.15 + 0.85 * share }
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{cell}\" height=\"{cell}\" fill=\"#888\" fill-opacity=\"0.1\" class=\"halo\" stroke=\"#fff\"/>\
+                 <rect x=\"{x}\" y=\"{y}\" width=\"{cell}\" height=\"{cell}\" fill=\"{colour}\" fill-opacity=\"{:.3}\" class=\"halo\" stroke=\"#fff\"><title>{} called {}: {count} of {total}</title></rect>",
+                if count == 0 { 0.0 } else { 0.15 + 0.85 * share },
+                escape(&materials[truth]),
+                escape(&materials[said])
             );
             if count > 0 {
-                let ink = if share > 0.45 { "#fff" } else { "#222" };
+                let ink = if share > 0.45 { "#fff" } else { "currentColor" };
                 let _ = writeln!(
                     out,
                     "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{ink}\">{count}</text>",
                     x + 0.5 * cell,
-                    y + 0.5 * cell + 4.0
+                    y + 0.5 * cell + 5.0
                 );
             }
         }
     }
-    out.push_str("</svg>\n");
+    out.push_str("</g></svg>\n");
     out
 }

@@ -16,6 +16,6 @@ pub use accuracy::{
     NamedConfusion,
 };
 pub use figures::{calibration, confusion_matrix, feature_plane, light_spectra, posterior_map};
-pub use page::{Figure, Page};
-pub use plot::{Axis, Chart, Mark, Series};
-pub use png::encode_png;
+pub use page::{Figure, Image, Inline, Page};
+pub use plot::{Axis, Chart, Mark, Naming, Series};
+pub use png::{encode_png, encode_spheres};

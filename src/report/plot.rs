@@ -24,13 +24,25 @@ pub enum Mark {
     Symbol(usize),
 }
 
+/// Where the name of a series stands, besides its tooltips.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Naming {
+    /// In tooltips only.
+    Tooltip,
+    /// In the legend on the right.
+    Legend,
+    /// In the chart, beside the middle of its points.
+    AtPoints,
+}
+
 /// Points of one kind.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// What the legend and the tooltip call it.
+    /// What it is called.
     pub name: String,
-    /// Whether the legend has it.
-    pub in_legend: bool,
+    /// Where its name stands.
+    pub naming: Naming,
     /// A CSS colour.
     pub colour: String,
     /// How it is drawn.
@@ -56,9 +68,17 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
-/// Eight colours that people with any colour vision tell apart (Okabe and Ito 2008), the yellow darkened.
+/// Eight colours that people with any colour vision tell apart (Okabe and Ito 2008), the yellow darkened and black the colour of the text,
+/// which a page may change.
 pub(crate) const COLOURS: [&str; 8] = [
-    "#222222", "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#b3a000",
+    "currentColor",
+    "#0072b2",
+    "#e69f00",
+    "#009e73",
+    "#d55e00",
+    "#cc79a7",
+    "#56b4e9",
+    "#b3a000",
 ];
 
 const WIDTH: f64 = 760.0;
@@ -228,7 +248,7 @@ fn symbol(out: &mut String, n: usize, x: f64, y: f64, colour: &str, tooltip: &st
     let style = if stroked {
         format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"")
     } else {
-        format!("fill=\"{colour}\" stroke=\"#fff\" stroke-width=\"0.7\"")
+        format!("fill=\"{colour}\" class=\"halo\" stroke=\"#fff\" stroke-width=\"0.7\"")
     };
     let _ = writeln!(
         out,
@@ -252,7 +272,9 @@ fn close(shape: &str) -> &'static str {
 impl Chart {
     /// The chart as an SVG document.
     pub fn svg(&self) -> String {
-        let legend: Vec<&Series> = self.series.iter().filter(|s| s.in_legend).collect();
+        let legend: Vec<&Series> = (self.series.iter())
+            .filter(|s| s.naming == Naming::Legend)
+            .collect();
         let right = WIDTH - RIGHT - if legend.is_empty() { 0.0 } else { LEGEND };
         let bottom = HEIGHT - BOTTOM;
         let all = || self.series.iter().flat_map(|s| s.points.iter());
@@ -269,7 +291,7 @@ impl Chart {
             if let Some(px) = x.place(value) {
                 let _ = writeln!(
                     out,
-                    "<line x1=\"{px:.1}\" x2=\"{px:.1}\" y1=\"{TOP}\" y2=\"{bottom}\" stroke=\"#e6e6e6\"/>\
+                    "<line x1=\"{px:.1}\" x2=\"{px:.1}\" y1=\"{TOP}\" y2=\"{bottom}\" class=\"rule\" stroke=\"#e6e6e6\"/>\
                      <text x=\"{px:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
                     bottom + 18.0,
                     tick_label(value, self.x_axis)
@@ -280,7 +302,7 @@ impl Chart {
             if let Some(py) = y.place(value) {
                 let _ = writeln!(
                     out,
-                    "<line x1=\"{LEFT}\" x2=\"{right:.1}\" y1=\"{py:.1}\" y2=\"{py:.1}\" stroke=\"#e6e6e6\"/>\
+                    "<line x1=\"{LEFT}\" x2=\"{right:.1}\" y1=\"{py:.1}\" y2=\"{py:.1}\" class=\"rule\" stroke=\"#e6e6e6\"/>\
                      <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
                     LEFT - 8.0,
                     py + 4.0,
@@ -302,6 +324,7 @@ impl Chart {
         for series in &self.series {
             self.draw(&mut out, series, &x, &y);
         }
+        self.name_at_points(&mut out, &x, &y);
         for (i, series) in legend.iter().enumerate() {
             let (lx, ly) = (right + 20.0, TOP + 14.0 + 20.0 * i as f64);
             match series.mark {
@@ -346,15 +369,118 @@ impl Chart {
                 let path: Vec<String> = places
                     .map(|(_, _, a, b)| format!("{a:.1},{b:.1}"))
                     .collect();
+                let path = path.join(" ");
+                // What has its name in a tooltip alone gets a wide line that is not seen, for a pointer to meet.
+                let wide = if series.naming == Naming::Tooltip {
+                    format!(
+                        "<polyline points=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-opacity=\"0\" stroke-width=\"9\"/>",
+                        series.colour
+                    )
+                } else {
+                    String::new()
+                };
                 let _ = writeln!(
                     out,
-                    "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{}><title>{}</title></polyline>",
-                    path.join(" "),
+                    "<g class=\"line\"><title>{}</title>{wide}<polyline points=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{}/></g>",
+                    escape(&series.name),
                     series.colour,
-                    dashes(series.mark),
-                    escape(&series.name)
+                    dashes(series.mark)
                 );
             }
+        }
+    }
+}
+
+/// A label's box: left, top, right, bottom.
+type Area = [f64; 4];
+
+/// How much of two boxes is the same.
+fn overlap(a: &Area, b: &Area) -> f64 {
+    let wide = a[2].min(b[2]) - a[0].max(b[0]);
+    let high = a[3].min(b[3]) - a[1].max(b[1]);
+    wide.max(0.0) * high.max(0.0)
+}
+
+impl Chart {
+    /// Writes the names of those series that have them at their points, each where it covers least of the points and of
+    /// the other names, with a line to the middle of its points where it stands off.
+    fn name_at_points(&self, out: &mut String, x: &Scale, y: &Scale) {
+        let places = |series: &Series| -> Vec<(f64, f64)> {
+            let placed = series.points.iter();
+            placed
+                .filter_map(|&(px, py)| Some((x.place(px)?, y.place(py)?)))
+                .collect()
+        };
+        let all: Vec<(f64, f64)> = self.series.iter().flat_map(places).collect();
+        let mut taken: Vec<Area> = Vec::new();
+        for series in (self.series.iter()).filter(|s| s.naming == Naming::AtPoints) {
+            let own = places(series);
+            if own.is_empty() {
+                continue;
+            }
+            let middle = |values: &mut Vec<f64>| {
+                values.sort_by(f64::total_cmp);
+                values[values.len() / 2]
+            };
+            let mut xs: Vec<f64> = own.iter().map(|p| p.0).collect();
+            let mut ys: Vec<f64> = own.iter().map(|p| p.1).collect();
+            let centre = (middle(&mut xs), middle(&mut ys));
+            // Names are set in bold at 12: about 7 a letter, and the symbol before them.
+            let (wide, high) = (20.0 + 7.0 * series.name.chars().count() as f64, 16.0);
+            let area_at = |dx: f64, dy: f64| {
+                let (left, top) = (centre.0 + dx - 0.5 * wide, centre.1 + dy - 0.5 * high);
+                [left, top, left + wide, top + high]
+            };
+            let cost = |area: &Area, off: f64| {
+                let outside = (x.from - area[0]).max(0.0)
+                    + (area[2] - x.to).max(0.0)
+                    + (y.to - area[1]).max(0.0)
+                    + (area[3] - y.from).max(0.0);
+                let covered = all.iter().filter(|p| {
+                    (area[0] - 3.0..=area[2] + 3.0).contains(&p.0)
+                        && (area[1] - 3.0..=area[3] + 3.0).contains(&p.1)
+                });
+                let names: f64 = taken.iter().map(|other| overlap(area, other)).sum();
+                100.0 * outside + 8.0 * covered.count() as f64 + 4.0 * names + 0.35 * off
+            };
+            let mut best = (f64::INFINITY, area_at(0.0, 0.0));
+            for ring in 1..16 {
+                for direction in 0..16 {
+                    let (sin, cos) =
+                        (std::f64::consts::TAU * f64::from(direction) / 16.0).sin_cos();
+                    let off = 12.0 * f64::from(ring);
+                    let area = area_at((off + 0.45 * wide) * cos, off * sin);
+                    let cost = cost(&area, off);
+                    if cost < best.0 {
+                        best = (cost, area);
+                    }
+                }
+            }
+            let area = best.1;
+            taken.push(area);
+            let near = (
+                centre.0.clamp(area[0], area[2]),
+                centre.1.clamp(area[1], area[3]),
+            );
+            if (near.0 - centre.0).hypot(near.1 - centre.1) > 10.0 {
+                let _ = writeln!(
+                    out,
+                    "<line x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke=\"{}\" stroke-width=\"1\"/>",
+                    near.0, near.1, centre.0, centre.1, series.colour
+                );
+            }
+            if let Mark::Symbol(n) = series.mark {
+                let (px, py) = (area[0] + 8.0, 0.5 * (area[1] + area[3]));
+                symbol(out, n, px, py, &series.colour, &series.name);
+            }
+            let _ = writeln!(
+                out,
+                "<text x=\"{:.1}\" y=\"{:.1}\" font-weight=\"700\" class=\"halo\" stroke=\"#fff\" stroke-width=\"3\" \
+                 stroke-linejoin=\"round\" paint-order=\"stroke\">{}</text>",
+                area[0] + 17.0,
+                area[3] - 4.0,
+                escape(&series.name)
+            );
         }
     }
 }
@@ -367,11 +493,14 @@ fn dashes(mark: Mark) -> &'static str {
 }
 
 /// The head of an SVG document on a white ground.
+///
+/// What is not said in `currentColor` is white ground (class `ground`), an edge of it (`halo`) or a thin rule (`rule`), whose colours a page that
+/// holds the drawing may change.
 pub(crate) fn header(width: f64, height: f64, title: &str) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-         font-family=\"system-ui, sans-serif\" font-size=\"12\" fill=\"#222\" role=\"img\">\n\
-         <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n",
+         font-family=\"system-ui, sans-serif\" font-size=\"12\" color=\"#222\" fill=\"currentColor\" role=\"img\">\n\
+         <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" class=\"ground\" fill=\"#fff\"/>\n",
         escape(title)
     )
 }
@@ -409,7 +538,7 @@ mod tests {
             y_axis: Axis::Linear,
             series: vec![Series {
                 name: "R&D".into(),
-                in_legend: true,
+                naming: Naming::Legend,
                 colour: "#000".into(),
                 mark: Mark::Line(1.0),
                 points: vec![(0.0, 1.0), (1.0, f64::NAN), (10.0, 2.0)],
