@@ -4,6 +4,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use lobes::reflectance::presets;
+
 /// Runs the command with a file as its standard input.
 fn lobes_reading(arguments: &[&str], folder: &Path, file: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_lobes"))
@@ -310,13 +312,38 @@ fn reproduce_writes_the_whole_page() {
         assert!(row["ci95"][0].as_f64() <= row["accuracy"].as_f64());
     }
     let page = std::fs::read_to_string(at.join("r/index.html")).unwrap();
-    assert!(
-        !page.contains("http"),
+    assert_page_is_whole(&page, &at.join("r"));
+    // Every material has its name in the plane, its sphere, and what it was called; every statement of the paper its row.
+    for material in presets() {
+        assert!(page.contains(&format!("<b>{}</b>", material.name())));
+    }
+    assert_eq!(page.matches("data-heading=\"verdict\"").count(), 9);
+    // The columns that say the same in every row are said once.
+    assert!(page.contains("in every row: protocol paper"));
+}
+
+/// Nothing is asked of the network but by a link that is clicked, there is no script, and what is linked or shown is there.
+fn assert_page_is_whole(page: &str, folder: &Path) {
+    let addresses = page.matches("http").count();
+    let clicked = page.matches("<a href=\"http").count();
+    let names = page.matches("xmlns=\"http://www.w3.org/2000/svg\"").count();
+    assert_eq!(
+        addresses,
+        clicked + names,
         "the page asks the network for something"
     );
-    for source in page.split("src=\"").skip(1) {
-        let path = source.split('"').next().unwrap();
-        assert!(at.join("r").join(path).is_file(), "{path} is missing");
+    assert!(!page.contains("<script") && !page.contains("@import") && !page.contains("url("));
+    for start in ["src=\"", "href=\""] {
+        for rest in page.split(start).skip(1) {
+            let path = rest.split('"').next().unwrap();
+            if path.starts_with("http") || path.starts_with("data:") {
+                continue;
+            }
+            match path.strip_prefix('#') {
+                Some(name) => assert!(page.contains(&format!("id=\"{name}\"")), "#{name}"),
+                None => assert!(folder.join(path).is_file(), "{path} is missing"),
+            }
+        }
     }
 }
 
@@ -437,13 +464,11 @@ fn classify_reads_rendered_spheres() {
         );
     }
     let page = std::fs::read_to_string(at.join("classified/index.html")).unwrap();
-    for source in page.split("src=\"").skip(1) {
-        let path = source.split('"').next().unwrap();
-        assert!(
-            at.join("classified").join(path).is_file(),
-            "{path} is missing"
-        );
-    }
+    assert_page_is_whole(&page, &at.join("classified"));
+    assert!(
+        page.contains("All pictures"),
+        "four pictures have a summary"
+    );
     // What was learned is kept, and gives the same answer.
     assert_eq!(
         std::fs::read_dir(at.join("cache/lobes")).unwrap().count(),

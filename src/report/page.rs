@@ -77,7 +77,7 @@ figure{margin:18px 0}figcaption{font-size:13.5px;line-height:1.45;color:var(--so
 .drawing .line:hover polyline{stroke:var(--bad);stroke-width:3;stroke-opacity:1}\
 .grid{display:grid;gap:22px 18px;margin:18px 0;grid-template-columns:repeat(auto-fill,minmax(min(100%,max(var(--least),22%)),1fr))}.grid figure{margin:0;min-width:0}\
 .images{display:flex;gap:6px}.images a{flex:1;min-width:0;display:block;border-radius:6px}.images img{width:100%;height:auto;display:block;border-radius:6px;background:var(--tile)}\
-.images a:hover,.images a:focus-visible{outline:2px solid var(--link);outline-offset:2px}\
+.images .round{padding:3%}.images a:hover,.images a:focus-visible{outline:2px solid var(--link);outline-offset:2px}\
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-size:14px;font-variant-numeric:tabular-nums;overflow-wrap:normal}\
 .caption{color:var(--soft);font-size:13.5px;margin:16px 0 0}.stack,.scroll{margin:6px 0 14px}\
 th,td{padding:6px 16px 6px 0;text-align:left;vertical-align:top;border-bottom:1px solid var(--line)}th:first-child,td:first-child{padding-left:8px}\
@@ -305,9 +305,15 @@ fn html_of(figure: &Figure) -> String {
     let rest: Vec<String> = lines.map(|line| escape(line)).collect();
     let mut images = String::new();
     for Image { path, seen, size } in &figure.images {
+        // Spheres stand off the edges of what is behind them.
+        let class = if size.0 == size.1 {
+            " class=\"round\""
+        } else {
+            ""
+        };
         let _ = write!(
             images,
-            "<a href=\"{0}\" title=\"{1}\"><img src=\"{0}\" alt=\"{1}\" width=\"{2}\" height=\"{3}\"></a>",
+            "<a href=\"{0}\" title=\"{1}\"><img{class} src=\"{0}\" alt=\"{1}\" width=\"{2}\" height=\"{3}\"></a>",
             escape(path),
             escape(seen),
             size.0,

@@ -548,4 +548,47 @@ mod tests {
         assert!(svg.contains("a &lt; b") && svg.contains("R&amp;D"));
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
+
+    #[test]
+    fn names_stand_beside_their_points_and_not_on_each_other() {
+        let series = |name: &str| Series {
+            name: name.into(),
+            naming: Naming::AtPoints,
+            colour: "currentColor".into(),
+            mark: Mark::Symbol(0),
+            points: vec![(0.9, 1.0), (1.0, 1.1), (1.0, 1.2)],
+        };
+        let names = ["brown matte", "white matte", "sky plastic"];
+        let svg = Chart {
+            title: "t".into(),
+            x_label: String::new(),
+            y_label: String::new(),
+            x_axis: Axis::Linear,
+            y_axis: Axis::Logarithmic,
+            series: names.map(series).to_vec(),
+        }
+        .svg();
+        let places: Vec<(f64, f64)> = names
+            .iter()
+            .map(|name| {
+                let end = svg.find(&format!(">{name}</text>")).unwrap();
+                let start = svg[..end].rfind("<text").unwrap();
+                let number = |key: &str| -> f64 {
+                    let rest = &svg[start..end];
+                    let rest = &rest[rest.find(key).unwrap() + key.len()..];
+                    rest[..rest.find('"').unwrap()].parse().unwrap()
+                };
+                (number("x=\""), number("y=\""))
+            })
+            .collect();
+        for (i, a) in places.iter().enumerate() {
+            assert!((LEFT..WIDTH - RIGHT - 70.0).contains(&a.0), "{a:?}");
+            for b in &places[..i] {
+                assert!(
+                    (a.1 - b.1).abs() > 13.0 || (a.0 - b.0).abs() > 90.0,
+                    "{places:?}"
+                );
+            }
+        }
+    }
 }

@@ -433,3 +433,154 @@ fn no_matte(said: String) -> Statement {
         verdict: Verdict::NotApplicable,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::illumination::PowerLaw;
+    use crate::reflectance::presets;
+    use crate::report::NamedConfusion;
+
+    fn row(correct: usize, ci95: [f64; 2], confusions: &[[&str; 2]]) -> AccuracyRow {
+        let named = |[truth, said]: &[&str; 2]| NamedConfusion {
+            illumination: "light".into(),
+            truth: (*truth).into(),
+            said: (*said).into(),
+        };
+        AccuracyRow {
+            protocol: "paper".into(),
+            classifier: "nearest-neighbour".into(),
+            scaling: "logarithmic".into(),
+            continuation: "mirror".into(),
+            lobe: "sampled".into(),
+            correct,
+            total: 72,
+            accuracy: correct as f64 / 72.0,
+            ci95,
+            finish: correct,
+            confusions: confusions.iter().map(named).collect(),
+        }
+    }
+
+    /// One image of each material, whose v1, v2 and v7 are as the paper says; or matte ones are those of a mirror.
+    fn images(materials: &[Material], turned: bool) -> Vec<Seen> {
+        let image = |(material, parameters): (usize, &Material)| {
+            let gloss = ratio(parameters).min(100.0) / (1.0 + ratio(parameters).min(100.0));
+            let gloss = if turned && parameters.is_matte() {
+                1.0
+            } else {
+                gloss
+            };
+            let mut power = [1.0; 7];
+            power[0] = 1.0 - 0.5 * gloss;
+            power[1] = 0.01 + gloss;
+            power[6] = (2.0 + 40.0 * gloss).round();
+            Seen {
+                material,
+                illumination: 0,
+                features: PaperFeatures {
+                    power,
+                    colour: [1.0; 3],
+                },
+            }
+        };
+        materials.iter().enumerate().map(image).collect()
+    }
+
+    fn light(eta: f64) -> LightSpectrum {
+        let law = PowerLaw {
+            k: 1.0,
+            eta,
+            eta_error: 0.1,
+            ln_k_error: 0.1,
+        };
+        let luminance: Vec<f64> = (0..=128)
+            .map(|l| f64::from(l.max(1)).powf(-2.0 - eta))
+            .collect();
+        LightSpectrum {
+            channels: [luminance.clone(), luminance.clone(), luminance.clone()],
+            luminance,
+            law,
+            etas: [Some(eta); 3],
+            coherence: None,
+            clipped_eta: eta,
+        }
+    }
+
+    fn verdicts(
+        materials: &[Material],
+        seen: &[Seen],
+        row: &AccuracyRow,
+        photographs: Option<&AccuracyRow>,
+        eta: f64,
+    ) -> Vec<Verdict> {
+        // 57 of 72 are 79.2 %.
+        let said = (0..72).map(|i| usize::from(i >= 57)).collect();
+        let rival = Evaluation {
+            observations: (0..72).collect(),
+            said,
+            truth: vec![0; 72],
+            scores: Vec::new(),
+            labels: 2,
+        };
+        let run = Run {
+            materials,
+            seen,
+            row,
+            rival: &rival,
+            photographs,
+            spectra: &[light(eta)],
+        };
+        let statements = run.statements();
+        for statement in &statements {
+            assert!(!statement.said.is_empty() && !statement.measured.contains("NaN"));
+        }
+        statements
+            .iter()
+            .map(|statement| statement.verdict)
+            .collect()
+    }
+
+    #[test]
+    fn each_statement_holds_where_it_does() {
+        use Verdict::*;
+        let materials = presets();
+        let golds = [["gold", "old gold"], ["old gold", "silver"]];
+        let row_here = row(68, [0.87, 0.98], &golds);
+        let photographs = row(38, [0.41, 0.64], &[]);
+        let seen = images(&materials, false);
+        let got = verdicts(&materials, &seen, &row_here, Some(&photographs), 0.5);
+        assert_eq!(got, [Holds; 9]);
+    }
+
+    #[test]
+    fn each_statement_fails_where_it_does_not_hold() {
+        use Verdict::*;
+        let materials = presets();
+        let row_here = row(50, [0.58, 0.79], &[["silver", "gold"]]);
+        let photographs = row(60, [0.73, 0.90], &[]);
+        let seen = images(&materials, true);
+        let got = verdicts(&materials, &seen, &row_here, Some(&photographs), -1.9);
+        assert_eq!(
+            got,
+            [
+                Lower, Holds, Fails, InPart, Fails, Fails, Fails, Fails, Higher
+            ]
+        );
+    }
+
+    #[test]
+    fn a_statement_about_what_is_not_here_is_not_applicable() {
+        use Verdict::*;
+        let materials = [
+            Material::metal("tin", [0.8; 3], 0.9, 0.1).unwrap(),
+            Material::metal("zinc", [0.8; 3], 0.9, 0.1).unwrap(),
+        ];
+        let seen = images(&materials, false);
+        let row_here = row(72, [0.95, 1.0], &[]);
+        let got = verdicts(&materials, &seen, &row_here, None, 0.5);
+        assert_eq!(got[0], Higher);
+        assert_eq!(got[2..7], [NotApplicable; 5]);
+        assert_eq!(got[8], NotMeasured);
+    }
+}
