@@ -102,7 +102,7 @@ pub(super) fn contracts() -> Vec<Contract> {
             id: "invariance/names-eighth-turn",
             domain: "the same rolled by 45°",
             bound: 1.0,
-            why: "other points at the rim are seen, which may turn what hardly differs: gold from silver, and what is nearly matte from what is",
+            why: "other points at the rim are seen, which may turn what hardly differs: materials that mirror without blur",
             measure: |_, tally| names_after_roll(0.5, tally),
             ..names
         },
