@@ -32,6 +32,10 @@ fn hdr(width: usize, height: usize, rgbe: [u8; 4]) -> Vec<u8> {
         let mut value = rgbe;
         value[0] = value[0].wrapping_add((pixel * 37 % 61) as u8);
         value[1] = value[1].wrapping_sub((pixel * 53 % 47) as u8);
+        // Coarse patches that differ with the radiance: light of another place, not the same one brighter.
+        let (u, v) = (pixel % width * 8 / width, pixel / width * 8 / height);
+        let patch = (u * 7919 + v * 104_729 + usize::from(rgbe[0]) * 31_337) * 2_654_435_761;
+        value[1] = value[1].wrapping_add((patch % 4_294_967_296 / 67_108_864) as u8);
         bytes.extend(value);
     }
     bytes

@@ -139,7 +139,7 @@ pub(super) struct Lights {
 #[derive(Debug, Args)]
 pub(super) struct Lobe {
     /// The specular lobe, one of Ward's four (`lobes list lobes`).
-    #[arg(long = "lobe", value_name = "NAME", default_value_t, value_parser = one_of(Variant::ALL, Variant::name))]
+    #[arg(id = "lobe", long = "lobe", value_name = "NAME", default_value_t, value_parser = one_of(Variant::ALL, Variant::name))]
     pub(super) name: Variant,
 }
 
