@@ -24,7 +24,7 @@ fn main() -> lobes::Result<()> {
         let light = map.coefficients(degree, Parallelism::Rayon)?;
         let mut seen = [0.0; 3];
         for (seen, mut channel) in seen.iter_mut().zip(light) {
-            convolve_zonal(&mut channel, &lambert::transfers(degree))?;
+            convolve_zonal(&mut channel, &lambert::transfers(degree)?)?;
             *seen = evaluate(&channel, to_harmonic(normal))? / std::f64::consts::PI;
         }
         let off = (0..3)

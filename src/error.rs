@@ -79,6 +79,58 @@ pub enum Error {
         /// The name of the second.
         second: String,
     },
+    /// A coefficient is not among those that are stored.
+    #[error(
+        "the coefficient of degree {degree} and order {order} is not stored; there are degrees up to {degrees} and orders up to {orders}, none beyond the degree"
+    )]
+    NotStored {
+        /// The degree l.
+        degree: usize,
+        /// The order m.
+        order: isize,
+        /// The largest degree that is stored.
+        degrees: usize,
+        /// The largest order |m| that is stored.
+        orders: usize,
+    },
+    /// Finite input led to numbers that a double does not hold.
+    #[error(
+        "{what} would pass the largest number, 1.8·10³⁰⁸, though what they come from is finite; scale that down first"
+    )]
+    Overflow {
+        /// The output.
+        what: &'static str,
+    },
+    /// What was asked for takes more memory than there is.
+    #[error("{what} would have {values} values, for which there is no memory; ask for less")]
+    Memory {
+        /// The array.
+        what: &'static str,
+        /// How many values it would have; the largest `usize` stands for any number beyond.
+        values: usize,
+    },
+    /// A linear problem would multiply the errors of its data by more than its answer bears.
+    #[error(
+        "{what} multiplies relative errors by {condition:.3e}, and only up to {limit} is answered; {remedy}"
+    )]
+    IllConditioned {
+        /// The problem.
+        what: &'static str,
+        /// Its condition number in the maximum norm; infinite where it is singular.
+        condition: f64,
+        /// The largest that is answered.
+        limit: f64,
+        /// What bears it, in words.
+        remedy: String,
+    },
+    /// Data do not determine a parameter of the model that is fitted to them.
+    #[error("{parameter} is not determined by the measurements: {reason}")]
+    Undetermined {
+        /// The parameter.
+        parameter: &'static str,
+        /// What the data lack, in words that complete the sentence, and what to do.
+        reason: &'static str,
+    },
     /// The input is well formed but the operation has no answer for it.
     #[error("{0}")]
     Unanswerable(String),
@@ -128,6 +180,29 @@ pub(crate) fn check_length(what: &'static str, expected: usize, got: usize) -> R
             got,
         })
     }
+}
+
+/// So many values, all the default, or an error where there is no memory for them: for arrays whose length a caller chooses.
+pub(crate) fn allocate<T: Clone + Default>(what: &'static str, values: usize) -> Result<Vec<T>> {
+    // Asked for first, because `vec!`, which is quick for zeros, ends the process where it is refused.
+    Vec::<T>::new()
+        .try_reserve_exact(values)
+        .map_err(|_| Error::Memory { what, values })?;
+    Ok(vec![T::default(); values])
+}
+
+/// Whether all values are finite, at the speed of vectors.
+pub(crate) fn all_finite(values: &[f64]) -> bool {
+    values
+        .iter()
+        .fold(true, |all, value| all & value.is_finite())
+}
+
+/// What is wrong with an output that is not finite: its input, or that finite input overflows.
+pub(crate) fn not_finite(output: &'static str, what: &'static str, input: &[f64]) -> Error {
+    check_finite(what, input)
+        .err()
+        .unwrap_or(Error::Overflow { what: output })
 }
 
 /// Checks that every value is finite.

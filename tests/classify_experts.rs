@@ -44,7 +44,11 @@ fn dataset(count: usize, exposure: f64) -> Dataset<Reading> {
         // Light is positive.
         light.set(0, 0, 20.0);
         let mut reflected = light.clone();
-        let transfers: Vec<f64> = lambert::transfers(DEGREE).iter().map(|t| t / PI).collect();
+        let transfers: Vec<f64> = lambert::transfers(DEGREE)
+            .unwrap()
+            .iter()
+            .map(|t| t / PI)
+            .collect();
         convolve_zonal(&mut reflected, &transfers).unwrap();
         for material in 0..2 {
             let size = 48;

@@ -196,6 +196,7 @@ fn the_lobe_comes_back_from_light_and_reflection() {
         .zonal(1.0, degree)
         .unwrap();
     let kernel: Vec<f64> = lambert::transfers(degree)
+        .unwrap()
         .iter()
         .zip(&b)
         .map(|(a, b)| diffuse * a / std::f64::consts::PI + specular * b)

@@ -274,7 +274,7 @@ const LARGEST_OBLIQUE: usize = 1 << 12;
 #[pyfunction]
 pub(crate) fn lambert(py: Python<'_>, degree: usize) -> PyResult<Bound<'_, PyArray1<f64>>> {
     check_degree(degree, LARGEST)?;
-    let transfers = reflectance::lambert::transfers(degree);
+    let transfers = reflectance::lambert::transfers(degree).map_err(error)?;
     Ok(PyArray1::from_vec(py, transfers))
 }
 

@@ -371,6 +371,9 @@ impl LearnedPosterior {
     }
 
     /// What a sample shows.
+    ///
+    /// # Panics
+    /// Unless the sample is one of those that were learned from.
     pub fn truth(&self, sample: usize) -> Reflectance {
         self.truths[sample]
     }

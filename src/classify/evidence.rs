@@ -191,8 +191,12 @@ impl GaussianEvidence {
     }
 }
 
-/// C_l = (l + 1)^(−2−η), the scale-free spectrum of natural light, for l = 0 … degree; l = 0, which holds the mean,
-/// 100 times stronger, for light is positive.
+/// C_l = l^(−2−η), the scale-free spectrum of natural light, for l = 1 … degree, and C_0 = 100: the mean, which is 100 times stronger than
+/// degree 1, for light is positive.
+///
+/// ```
+/// assert_eq!(lobes::classify::natural_spectrum(1.0, 2), [100.0, 1.0, 0.125]);
+/// ```
 pub fn natural_spectrum(eta: f64, degree: usize) -> Vec<f64> {
     (0..=degree)
         .map(|l| {

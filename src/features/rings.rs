@@ -20,17 +20,32 @@ impl RingLayout {
     /// see the sphere at grazing angles and mix it with what is behind.
     pub const LARGEST_RADIUS: f64 = 0.96;
 
+    /// The most rings, and the largest order.
+    pub const MOST: usize = 16384;
+
     /// `rings` rings, their angles from the axis at equal steps from half a step to where the picture shows them at
     /// [`Self::LARGEST_RADIUS`], and the orders 0 … `orders`.
     ///
     /// # Errors
-    /// No ring, or a camera inside the sphere.
+    /// [`Error::Unanswerable`] for no ring; [`Error::Domain`] for a camera inside the sphere or more than [`Self::MOST`] rings or orders.
     pub fn new(viewpoint: Viewpoint, rings: usize, orders: usize) -> Result<Self> {
         viewpoint.check()?;
         if rings == 0 {
             return Err(Error::Unanswerable(
                 "a picture is read on one ring or more".into(),
             ));
+        }
+        for (what, value) in [
+            ("the number of rings", rings),
+            ("the largest order of the rings", orders),
+        ] {
+            if value > Self::MOST {
+                return Err(Error::Domain {
+                    what,
+                    value: value as f64,
+                    allowed: "at most 16384, as many as the largest picture has pixels a side",
+                });
+            }
         }
         let limb = viewpoint.limb();
         let (mut low, mut high) = (0.0, limb);

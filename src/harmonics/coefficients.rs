@@ -1,14 +1,31 @@
 //! Coefficients of a real function on the sphere.
 
-use crate::error::check_length;
+use crate::error::{allocate, check_length};
 use crate::{Error, Result};
 
 /// How many coefficients there are of degrees 0 … `degree` and orders |m| ≤ `orders`.
 ///
-/// `(degree + 1)²` where `orders` ≥ `degree`.
+/// `(degree + 1)²` where `orders` ≥ `degree`. What `usize` does not hold comes out as its largest value, as long as which no array is.
+///
+/// ```
+/// use lobes::harmonics::coefficient_count;
+/// assert_eq!(coefficient_count(3, 3), 16);
+/// assert_eq!(coefficient_count(3, 0), 4);
+/// assert_eq!(coefficient_count(usize::MAX, usize::MAX), usize::MAX);
+/// ```
 pub const fn coefficient_count(degree: usize, orders: usize) -> usize {
-    let orders = if orders < degree { orders } else { degree };
-    (degree + 1) + orders * (2 * degree + 1 - orders)
+    let (l, m) = (degree as u128, orders as u128);
+    let m = if m < l { m } else { l };
+    saturated((m * (2 * l + 1 - m)).saturating_add(l + 1))
+}
+
+/// A number as `usize`, or its largest value.
+pub(crate) const fn saturated(count: u128) -> usize {
+    if count < usize::MAX as u128 {
+        count as usize
+    } else {
+        usize::MAX
+    }
 }
 
 /// Where the cosine column of order m begins.
@@ -43,18 +60,42 @@ pub struct Coefficients {
 
 impl Coefficients {
     /// All zero, with all orders.
+    ///
+    /// # Panics
+    /// Where there is no memory for (degree + 1)² numbers: [`try_zeros`](Self::try_zeros) says so in an error.
     pub fn zeros(degree: usize) -> Self {
         Self::zeros_with_orders(degree, degree)
     }
 
     /// All zero, with the orders |m| ≤ `orders` only (at most `degree`).
+    ///
+    /// # Panics
+    /// Where there is no memory for them: [`try_zeros`](Self::try_zeros) says so in an error.
     pub fn zeros_with_orders(degree: usize, orders: usize) -> Self {
+        match Self::try_zeros(degree, orders) {
+            Ok(zeros) => zeros,
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    /// All zero, with the orders |m| ≤ `orders` only (at most `degree`), for a degree that comes from outside.
+    ///
+    /// ```
+    /// use lobes::{Error, harmonics::Coefficients};
+    /// assert_eq!(Coefficients::try_zeros(3, 0)?.as_slice(), [0.0; 4]);
+    /// assert!(matches!(Coefficients::try_zeros(usize::MAX, 1), Err(Error::Memory { .. })));
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Memory`] where there is none for so many.
+    pub fn try_zeros(degree: usize, orders: usize) -> Result<Self> {
         let orders = orders.min(degree);
-        Self {
+        Ok(Self {
             degree,
             orders,
-            values: vec![0.0; coefficient_count(degree, orders)],
-        }
+            values: allocate("the coefficients", coefficient_count(degree, orders))?,
+        })
     }
 
     /// From values in the order of storage.
@@ -93,11 +134,34 @@ impl Coefficients {
         }
     }
 
-    /// Sets f_lm. Leaves everything as it is where (l, m) is not stored: see [`index`](Self::index).
+    /// Sets f_lm. Leaves everything as it is where (l, m) is not stored: [`try_set`](Self::try_set) says so in an error.
     pub fn set(&mut self, l: usize, m: isize, value: f64) {
         if let Some(index) = self.index(l, m) {
             self.values[index] = value;
         }
+    }
+
+    /// Sets f_lm.
+    ///
+    /// ```
+    /// use lobes::{Error, harmonics::Coefficients};
+    /// let mut f = Coefficients::zeros_with_orders(3, 1);
+    /// f.try_set(3, -1, 2.0)?;
+    /// assert!(matches!(f.try_set(3, 2, 1.0), Err(Error::NotStored { .. })));
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::NotStored`] where (l, m) is not stored: see [`index`](Self::index).
+    pub fn try_set(&mut self, l: usize, m: isize, value: f64) -> Result<()> {
+        let index = self.index(l, m).ok_or(Error::NotStored {
+            degree: l,
+            order: m,
+            degrees: self.degree,
+            orders: self.orders,
+        })?;
+        self.values[index] = value;
+        Ok(())
     }
 
     /// Where f_lm is in [`as_slice`](Self::as_slice), or `None` where it is not stored: |m| > l, l beyond the degree, |m| beyond
@@ -170,6 +234,9 @@ impl Coefficients {
     }
 
     /// The same function cut or padded with zeros to another degree, with all orders that it has.
+    ///
+    /// # Panics
+    /// Where there is no memory for the other degree.
     #[must_use]
     pub fn with_degree(&self, degree: usize) -> Self {
         let mut other = Self::zeros_with_orders(degree, self.orders);
@@ -183,7 +250,7 @@ impl Coefficients {
         other
     }
 
-    /// Σ f_lm² = ∫ f² dω (Parseval).
+    /// Σ f_lm² = ∫ f² dω (Parseval); infinite where it passes the largest number, as from coefficients beyond 10¹⁵⁴.
     pub fn energy(&self) -> f64 {
         self.values.iter().map(|v| v * v).sum()
     }

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use num_complex::Complex64;
 
-use super::coefficients::{Coefficients, coefficient_count};
+use super::coefficients::{Coefficients, coefficient_count, saturated};
 use crate::error::check_length;
 use crate::{Error, Result};
 
@@ -140,7 +140,7 @@ impl Coefficients {
     /// ```
     pub fn to_complex(&self, convention: Convention) -> Vec<Complex64> {
         let degree = self.degree();
-        let mut out = Vec::with_capacity((degree + 1) * (degree + 2) / 2);
+        let mut out = Vec::with_capacity(complex_count(degree));
         for m in 0..=degree {
             for l in m..=degree {
                 let factor = convention.factor(l, m);
@@ -167,7 +167,7 @@ impl Coefficients {
     ) -> Result<Self> {
         check_length(
             "the complex coefficients",
-            (degree + 1) * (degree + 2) / 2,
+            complex_count(degree),
             values.len(),
         )?;
         let mut f = Self::zeros(degree);
@@ -193,6 +193,12 @@ impl Coefficients {
         }
         Ok(f)
     }
+}
+
+/// How many coefficients of orders m ≥ 0 there are: (degree + 1)(degree + 2)/2, or the largest `usize` where that is beyond it.
+fn complex_count(degree: usize) -> usize {
+    let l = degree as u128;
+    saturated((l + 1).saturating_mul(l + 2) / 2)
 }
 
 /// Calls `f(index, l, m)` for each coefficient.

@@ -2,8 +2,11 @@
 
 use std::f64::consts::PI;
 
-use crate::Result;
 use crate::error::check_length;
+use crate::{Error, Result};
+
+/// The largest degree of a [`column`].
+pub const MAX_COLUMN_DEGREE: usize = 1 << 20;
 
 /// P_l(x) for l = 0 … `out.len()` − 1, by Bonnet's recurrence in its difference form, which keeps its digits
 /// near x = 1 too: (l+1)(P_{l+1} − P_l) = l (P_l − P_{l−1}) − (2l+1)(1−x) P_l.
@@ -33,7 +36,7 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
 /// poles. Values below the smallest double come out as 0; nothing overflows.
 ///
 /// # Errors
-/// [`Error::Length`](crate::Error::Length) unless `out` has `degree + 1 − m` values; `m > degree` asks for none.
+/// [`Error::Degree`] beyond [`MAX_COLUMN_DEGREE`]; [`Error::Length`] unless `out` has `degree + 1 − m` values; `m > degree` asks for none.
 ///
 /// ```
 /// use lobes::harmonics::legendre;
@@ -43,9 +46,16 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
 /// # Ok::<(), lobes::Error>(())
 /// ```
 pub fn column(m: usize, degree: usize, cos: f64, sin: f64, out: &mut [f64]) -> Result<()> {
+    if degree > MAX_COLUMN_DEGREE {
+        return Err(Error::Degree {
+            what: "a column of Legendre functions",
+            degree,
+            limit: MAX_COLUMN_DEGREE,
+        });
+    }
     check_length(
         "the Legendre column",
-        degree.saturating_add(1).saturating_sub(m),
+        (degree + 1).saturating_sub(m),
         out.len(),
     )?;
     if out.is_empty() {
@@ -72,7 +82,7 @@ pub fn column(m: usize, degree: usize, cos: f64, sin: f64, out: &mut [f64]) -> R
             }
         }
     }
-    let m2 = (m * m) as f64;
+    let m2 = (m as f64) * (m as f64);
     let (mut before, mut previous_a) = (0.0, 1.0);
     for (l, value) in (m..=degree).zip(out.iter_mut()) {
         *value = match steps {

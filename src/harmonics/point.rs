@@ -12,7 +12,7 @@ use super::ring_fft::transpose;
 use super::simd::wide;
 use super::wide_double::WideDouble;
 use super::work::{over_chunk_pairs, over_chunks};
-use crate::error::check_length;
+use crate::error::{all_finite, check_length, not_finite};
 use crate::sphere::double_double::DoubleDouble;
 use crate::{Error, Parallelism, Result, vectors};
 
@@ -143,7 +143,7 @@ impl Basis {
         let count = self.count();
         check_length(
             "the output of the basis",
-            directions.len() * count,
+            directions.len().saturating_mul(count),
             out.len(),
         )?;
         check_directions(directions)?;
@@ -182,12 +182,12 @@ impl Basis {
         let count = self.count();
         check_length(
             "the values of the basis",
-            directions.len() * count,
+            directions.len().saturating_mul(count),
             values.len(),
         )?;
         check_length(
             "the gradients of the basis",
-            3 * directions.len() * count,
+            directions.len().saturating_mul(3 * count),
             gradients.len(),
         )?;
         check_directions(directions)?;
@@ -224,7 +224,8 @@ impl Basis {
     ///
     /// # Errors
     /// [`Error::Length`] where the set has another degree than the basis, or `out` not one value a direction; [`Error::Domain`] for a
-    /// direction of no or of infinite length.
+    /// direction of no or of infinite length; [`Error::NotFinite`] where a coefficient is not finite, [`Error::Overflow`] where they are and a sum
+    /// is not.
     pub fn sums(
         &self,
         coefficients: &Coefficients,
@@ -249,7 +250,15 @@ impl Basis {
                 out.copy_from_slice(&sums[..out.len()]);
             }
         });
-        Ok(())
+        if all_finite(out) {
+            Ok(())
+        } else {
+            Err(not_finite(
+                "the sums",
+                "the coefficients",
+                coefficients.as_slice(),
+            ))
+        }
     }
 
     /// Σ f_lm Y_l^m and its gradient on the unit sphere at each direction: the value, and the tangent vector whose product with a small
@@ -288,7 +297,18 @@ impl Basis {
                 }
             }
         });
-        Ok(())
+        if out
+            .iter()
+            .all(|(value, slope)| value.is_finite() && slope.is_finite())
+        {
+            Ok(())
+        } else {
+            Err(not_finite(
+                "the gradients",
+                "the coefficients",
+                coefficients.as_slice(),
+            ))
+        }
     }
 
     fn check(&self, coefficients: &Coefficients, directions: &[DVec3]) -> Result<()> {

@@ -8,6 +8,7 @@ use super::coefficients::Coefficients;
 use super::recurrence::{LANES, Lanes};
 use super::simd::wide;
 use super::work::{aligned, join};
+use crate::error::{all_finite, allocate, not_finite};
 use crate::sphere::double_double::DoubleDouble;
 use crate::{Error, Parallelism, Result, vectors};
 
@@ -189,15 +190,16 @@ impl Rotation {
     ///
     /// # Errors
     /// [`Error::Degree`] where the coefficients have another degree than the plan; [`Error::Domain`] for a quaternion of no or of
-    /// infinite length. Orders cut off by the input come out, as rotation makes them.
+    /// infinite length; [`Error::NotFinite`] where a coefficient is not finite, [`Error::Overflow`] where they are and the rotated ones are
+    /// not; [`Error::Memory`] where there is none. Orders cut off by the input come out, as rotation makes them.
     pub fn rotate(
         &self,
         coefficients: &Coefficients,
         rotation: DQuat,
         parallelism: Parallelism,
     ) -> Result<Coefficients> {
-        let mut out = Coefficients::zeros(self.degree);
-        let mut scratch = vec![0.0; self.scratch_len()];
+        let mut out = Coefficients::try_zeros(self.degree, self.degree)?;
+        let mut scratch = allocate("the scratch", self.scratch_len())?;
         self.rotate_into(coefficients, rotation, &mut out, &mut scratch, parallelism)?;
         Ok(out)
     }
@@ -252,7 +254,15 @@ impl Rotation {
         turn(out, [-beta[0], -beta[1]]);
         self.quarter(out, scratch, parallelism);
         turn(out, [-alpha[1], alpha[0]]);
-        Ok(())
+        if all_finite(out.as_slice()) {
+            Ok(())
+        } else {
+            Err(not_finite(
+                "the rotated coefficients",
+                "the coefficients",
+                coefficients.as_slice(),
+            ))
+        }
     }
 
     /// Rotation by π/2 about y, in place.

@@ -8,11 +8,17 @@ use crate::{Error, Result};
 
 /// The average power of each degree, B_l = Σ_m B_lm² / (2l + 1), l = 0 … degree.
 ///
+/// The mean is over all 2l + 1 orders, whether they are stored or not. It is infinite where the sum passes the largest number, as from
+/// coefficients beyond 10¹⁵⁴.
+///
 /// ```
 /// use lobes::harmonics::{Coefficients, average_power};
 /// let mut f = Coefficients::zeros(1);
 /// f.set(1, 0, 3.0);
 /// assert_eq!(average_power(&f), [0.0, 3.0]);
+/// let zonal = Coefficients::from_vec(3, 0, vec![0.0, 0.0, 0.0, 1.0])?; // Y_3^0, order 0 alone
+/// assert_eq!(average_power(&zonal), [0.0, 0.0, 0.0, 1.0 / 7.0]);
+/// # Ok::<(), lobes::Error>(())
 /// ```
 pub fn average_power(coefficients: &Coefficients) -> Vec<f64> {
     products(coefficients, coefficients)
@@ -107,5 +113,5 @@ pub fn deconvolve_zonal(
 
 /// Λ_l = √(4π/(2l+1)), so that a kernel's coefficient ρ̂_l acts as the factor Λ_l ρ̂_l.
 pub fn zonal_factor(l: usize) -> f64 {
-    (4.0 * PI / (2 * l + 1) as f64).sqrt()
+    (4.0 * PI / (2.0 * l as f64 + 1.0)).sqrt()
 }

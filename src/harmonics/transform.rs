@@ -14,7 +14,7 @@ use super::recurrence::{LANES, Lanes, Recurrence};
 use super::ring_fft::{Element, RingFft, transpose};
 use super::simd::wide;
 use super::work::{Chunks, Octets, Orders, Rows, aligned, divided, inside_pool};
-use crate::error::{check_finite, check_length};
+use crate::error::{all_finite, allocate, check_length, not_finite};
 use crate::sphere::Grid;
 use crate::{Error, Parallelism, Result, vectors};
 
@@ -156,11 +156,12 @@ impl Transform {
     /// The map of a coefficient set, `rings × columns`.
     ///
     /// # Errors
-    /// [`Error::Length`] where the set has another degree or other orders than the plan.
+    /// [`Error::Length`] where the set has another degree or other orders than the plan; [`Error::NotFinite`] where a coefficient is not
+    /// finite, [`Error::Overflow`] where they are and the map is not; [`Error::Memory`] where there is none.
     pub fn synthesise(&self, coefficients: &Coefficients) -> Result<Vec<f64>> {
         self.check_shape(coefficients)?;
-        let mut map = vec![0.0; self.0.grid.len()];
-        let mut scratch = vec![0.0; self.scratch_len(1)];
+        let mut map = allocate("the map", self.0.grid.len())?;
+        let mut scratch = allocate("the scratch", self.scratch_len(1))?;
         self.synthesise_into(
             1,
             coefficients.as_slice(),
@@ -174,10 +175,11 @@ impl Transform {
     /// The coefficients of a map, `rings × columns`.
     ///
     /// # Errors
-    /// [`Error::Length`] where the map has not as many values as the grid, [`Error::NotFinite`] where one is not finite.
+    /// [`Error::Length`] where the map has not as many values as the grid; [`Error::NotFinite`] where one is not finite,
+    /// [`Error::Overflow`] where all are and a coefficient is not; [`Error::Memory`] where there is none.
     pub fn analyse(&self, map: &[f64]) -> Result<Coefficients> {
-        let mut values = vec![0.0; self.coefficient_count()];
-        let mut scratch = vec![0.0; self.scratch_len(1)];
+        let mut values = allocate("the coefficients", self.coefficient_count())?;
+        let mut scratch = allocate("the scratch", self.scratch_len(1))?;
         self.analyse_into(1, map, &mut values, &mut scratch, Parallelism::Sequential)?;
         Coefficients::from_vec(self.0.degree, self.0.orders, values)
     }
@@ -197,7 +199,8 @@ impl Transform {
     /// in `maps`. Allocates nothing; `scratch` has at least [`scratch_len`](Self::scratch_len) values.
     ///
     /// # Errors
-    /// [`Error::Length`] for any slice of the wrong length.
+    /// [`Error::Length`] for any slice of the wrong length; [`Error::NotFinite`] where a coefficient is not finite and [`Error::Overflow`]
+    /// where they are and a map is not; the maps are then not either.
     pub fn synthesise_into(
         &self,
         batch: usize,
@@ -213,14 +216,23 @@ impl Transform {
         inside_pool(parallelism, || {
             plan.synthesise(coefficients, maps, scratch, parallelism);
         });
-        Ok(())
+        if all_finite(maps) {
+            Ok(())
+        } else {
+            Err(not_finite(
+                "the values of the map",
+                "the coefficients",
+                coefficients,
+            ))
+        }
     }
 
     /// Analysis of `batch` maps, one after the other in `maps`, into as many coefficient sets, one after the other in
     /// `coefficients`. Allocates nothing; `scratch` has at least [`scratch_len`](Self::scratch_len) values.
     ///
     /// # Errors
-    /// [`Error::Length`] for any slice of the wrong length, [`Error::NotFinite`] where a value of a map is not finite; the coefficients are then not either.
+    /// [`Error::Length`] for any slice of the wrong length, [`Error::NotFinite`] where a value of a map is not finite and [`Error::Overflow`] where
+    /// all are and a coefficient is not; the coefficients are then not either.
     pub fn analyse_into(
         &self,
         batch: usize,
@@ -236,12 +248,11 @@ impl Transform {
         inside_pool(parallelism, || {
             plan.analyse(maps, coefficients, scratch, parallelism);
         });
-        // A sample that is not finite reaches the mean of its map, so only then is it worth a search.
-        let means = coefficients.iter().step_by(self.coefficient_count());
-        if means.copied().all(f64::is_finite) {
+        // A sample that is not finite reaches the mean of its map, so only then is the map searched for it.
+        if all_finite(coefficients) {
             Ok(())
         } else {
-            check_finite("the map", maps)
+            Err(not_finite("the coefficients", "the map", maps))
         }
     }
 
@@ -254,10 +265,14 @@ impl Transform {
     ) -> Result<()> {
         check_length(
             "the coefficients of the batch",
-            batch * self.coefficient_count(),
+            batch.saturating_mul(self.coefficient_count()),
             coefficients,
         )?;
-        check_length("the maps of the batch", batch * self.0.grid.len(), maps)?;
+        check_length(
+            "the maps of the batch",
+            batch.saturating_mul(self.0.grid.len()),
+            maps,
+        )?;
         let needed = self.scratch_len(batch);
         if scratch < needed {
             return Err(Error::Length {
@@ -309,7 +324,8 @@ impl Plan {
     }
 
     fn worthwhile(&self, batch: usize, parallelism: Parallelism) -> Parallelism {
-        if batch * self.recurrence.steps_of_all() * self.recurrence.octets.len() < SMALL_WORK {
+        let work = self.recurrence.steps_of_all() * self.recurrence.octets.len();
+        if batch.saturating_mul(work) < SMALL_WORK {
             Parallelism::Sequential
         } else {
             parallelism

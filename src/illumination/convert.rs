@@ -123,7 +123,7 @@ impl EnvironmentMap {
     /// ```
     pub fn resampled(&self, width: usize, height: usize) -> Result<Self> {
         // Refuses a wrong size before any work is done for it.
-        if width != 2 * height || !(2..=1 << 13).contains(&height) {
+        if !(2..=1 << 13).contains(&height) || width != 2 * height {
             return Err(Error::Domain {
                 what: "the height of the resampled map",
                 value: height as f64,

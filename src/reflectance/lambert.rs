@@ -5,6 +5,12 @@
 
 use std::f64::consts::PI;
 
+use crate::error::allocate;
+use crate::{Error, Result};
+
+/// The largest degree of [`transfers`].
+pub const MAX_TRANSFER_DEGREE: usize = 1 << 20;
+
 /// `A_l = Λ_l ρ̂_l`, the factor by which the degree l of the light appears in the irradiance:
 /// `∫ max(cos θ, 0) P_l(cos θ) dω`.
 ///
@@ -22,6 +28,13 @@ pub fn transfer(degree: usize) -> f64 {
         0 => PI,
         1 => 2.0 * PI / 3.0,
         degree if degree % 2 == 1 => 0.0,
+        degree if degree > MAX_TRANSFER_DEGREE => {
+            // (−1)^(n−1) 2π C(2n, n)/4ⁿ/((l + 2)(l − 1)), n = l/2, with Stirling's series of C(2n, n)/4ⁿ, whose next term is below 10⁻¹⁷.
+            let (l, n) = (degree as f64, (degree / 2) as f64);
+            let sign = if degree % 4 == 0 { -1.0 } else { 1.0 };
+            let binomial = (1.0 - 1.0 / (8.0 * n)) / (PI * n).sqrt();
+            sign * 2.0 * PI * binomial / (l + 2.0) / (l - 1.0)
+        }
         degree => {
             let mut value = 0.25 * PI;
             for l in (2..degree).step_by(2) {
@@ -37,10 +50,21 @@ pub fn transfer(degree: usize) -> f64 {
 ///
 /// ```
 /// use lobes::reflectance::lambert;
-/// assert_eq!(lambert::transfers(2).len(), 3);
+/// assert_eq!(lambert::transfers(2)?.len(), 3);
+/// # Ok::<(), lobes::Error>(())
 /// ```
-pub fn transfers(max_degree: usize) -> Vec<f64> {
-    let mut values = vec![0.0; max_degree + 1];
+///
+/// # Errors
+/// [`Error::Degree`] beyond [`MAX_TRANSFER_DEGREE`]; [`Error::Memory`] where there is none.
+pub fn transfers(max_degree: usize) -> Result<Vec<f64>> {
+    if max_degree > MAX_TRANSFER_DEGREE {
+        return Err(Error::Degree {
+            what: "the table of Lambert's transfer",
+            degree: max_degree,
+            limit: MAX_TRANSFER_DEGREE,
+        });
+    }
+    let mut values: Vec<f64> = allocate("Lambert's transfer", max_degree + 1)?;
     for (degree, value) in [(0, PI), (1, 2.0 * PI / 3.0), (2, 0.25 * PI)] {
         if degree <= max_degree {
             values[degree] = value;
@@ -50,7 +74,7 @@ pub fn transfers(max_degree: usize) -> Vec<f64> {
         let l = (degree - 2) as f64;
         values[degree] = -values[degree - 2] * (l - 1.0) / (l + 4.0);
     }
-    values
+    Ok(values)
 }
 
 /// `ρ̂_l = A_l / Λ_l`, the zonal harmonic coefficient of the clamped cosine, `Λ_l` = √(4π/(2l+1)).

@@ -108,7 +108,7 @@ pub fn recover_lobe(kernel: &[KernelEstimate], variant: Variant) -> Result<Recov
         return Err(undetermined());
     }
     let top = known.last().map_or(0, |&(l, _, _)| l);
-    let lambertian: Vec<f64> = lambert::transfers(top)
+    let lambertian: Vec<f64> = lambert::transfers(top)?
         .iter()
         .map(|a| a / std::f64::consts::PI)
         .collect();

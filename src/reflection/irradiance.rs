@@ -148,7 +148,7 @@ impl IrradianceTable {
         let mut coefficients = vec![0.0; 3 * count];
         let mut scratch = vec![0.0; analysis.scratch_len(3).max(synthesis.scratch_len(3))];
         analysis.analyse_into(3, &maps, &mut coefficients, &mut scratch, parallelism)?;
-        let transfers = lambert::transfers(DEGREE);
+        let transfers = lambert::transfers(DEGREE)?;
         for set in coefficients.chunks_exact_mut(count) {
             let mut sorted = Coefficients::from_vec(DEGREE, DEGREE, set.to_vec())?;
             for order in 0..=DEGREE {

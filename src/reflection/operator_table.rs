@@ -97,7 +97,7 @@ impl OperatorTable {
     /// A table of `nodes` operators of `set` for σ in [`low`, `high`].
     ///
     /// # Errors
-    /// An empty range, a σ out of range, fewer than two nodes.
+    /// An empty range, a σ out of range, fewer than two nodes or more than 4096.
     pub fn new(
         set: &OperatorSet,
         low: f64,
@@ -116,6 +116,13 @@ impl OperatorTable {
             return Err(Error::Unanswerable(
                 "a table of operators needs two nodes or more".into(),
             ));
+        }
+        if nodes > 4096 {
+            return Err(Error::Domain {
+                what: "the number of nodes of a table of operators",
+                value: nodes as f64,
+                allowed: "from 2 to 4096",
+            });
         }
         let (centre, half) = (0.5 * (low.ln() + high.ln()), 0.5 * (high.ln() - low.ln()));
         let logarithm = |i: f64| centre - half * (PI * (i + 0.5) / nodes as f64).cos();

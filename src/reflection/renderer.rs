@@ -239,8 +239,14 @@ impl Renderer {
         }
         let (size, samples) = (settings.size, settings.pixel_samples);
         let mut sights = Vec::new();
+        let most = (size * samples).saturating_mul(size * samples);
+        sights.try_reserve_exact(most).map_err(|_| Error::Memory {
+            what: "the picture's samples",
+            values: most,
+        })?;
         // Where each pixel's sights end.
-        let mut ends = Vec::with_capacity(size * size);
+        let mut ends = crate::error::allocate("the picture", size * size)?;
+        ends.clear();
         for row in 0..size {
             for column in 0..size {
                 if samples == 1 {

@@ -168,7 +168,10 @@ impl Grid {
         self.descending
     }
 
-    /// θ of a ring, in radians from the north pole. `ring` must be below [`rings`](Grid::rings).
+    /// θ of a ring, in radians from the north pole.
+    ///
+    /// # Panics
+    /// Unless `ring` is below [`rings`](Grid::rings).
     pub fn colatitude(&self, ring: usize) -> f64 {
         self.rule.sines[ring].atan2(self.rule.nodes[ring])
     }
@@ -193,8 +196,12 @@ impl Grid {
         }
     }
 
-    /// The unit vector at a ring and column, in the harmonic frame.
+    /// The unit vector at a ring and column, in the harmonic frame; columns go round, so that any number is one.
+    ///
+    /// # Panics
+    /// Unless `ring` is below [`rings`](Grid::rings).
     pub fn direction(&self, ring: usize, column: usize) -> glam::DVec3 {
+        let column = column % self.columns;
         let (sin, cos) = self.first_azimuth.sin_cos();
         let c = cos_turn(column, self.columns);
         let s = cos_turn(4 * column + 3 * self.columns, 4 * self.columns);
@@ -208,6 +215,9 @@ impl Grid {
     }
 
     /// The quadrature weight of each point of a ring, in steradians: over the grid they sum to 4π.
+    ///
+    /// # Panics
+    /// Unless `ring` is below [`rings`](Grid::rings).
     pub fn ring_weight(&self, ring: usize) -> f64 {
         self.rule.weights[ring] * (2.0 * PI / self.columns as f64)
     }
