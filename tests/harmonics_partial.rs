@@ -3,7 +3,8 @@
 
 use std::f64::consts::PI;
 
-use lobes::harmonics::{Coefficients, Coupling, Mask, Transform, average_power};
+use lobes::Error;
+use lobes::harmonics::{Coefficients, Coupling, MAX_CONDITION, Mask, Transform, average_power};
 use lobes::sphere::Grid;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -76,6 +77,128 @@ fn bad_masks_and_bands() {
     assert!(coupling.decouple(&[1.0; 9], &[0, 4, 10], |_| 1.0).is_err());
     assert!(coupling.decouple(&[1.0; 9], &[4, 4], |_| 1.0).is_err());
     assert!(coupling.decouple(&[1.0; 9], &[0, 4, 9], |_| 1.0).is_ok());
+}
+
+/// R = [[4/7, 3/7], [1/5, 4/5]] for single degrees 0 and 1 of a hemisphere: ‖R⁻¹‖ = 43/13. The others are from numpy 2.4.6, which integrated
+/// products of three Legendre polynomials and inverted.
+#[test]
+fn condition_of_bands() {
+    let two = Coupling::new(HEMISPHERE, 1).unwrap();
+    let condition = two.condition(&[0, 1, 2], |_| 1.0).unwrap();
+    assert!((condition - 43.0 / 13.0).abs() < 1e-14, "{condition}");
+    let steep = |l: usize| (l.max(1) as f64).powi(-2);
+    for (degrees, width, flat, falling) in [
+        (90.0, 2, 2.04176405769, 2.62177605911),
+        (60.0, 2, 5.63478624501, 8.35386466152),
+        (30.0, 4, 7.48355995328, f64::NAN),
+        (30.0, 5, f64::NAN, 5.78246916966),
+        (10.0, 11, 7.99794840798, f64::NAN),
+        (5.0, 17, 5.11748914436, 9.40175058292f64),
+    ] {
+        let cap = Coupling::new(
+            Mask::Cap {
+                radius: f64::to_radians(degrees),
+            },
+            48,
+        )
+        .unwrap();
+        let mut edges: Vec<usize> = (0..49 / width).map(|band| band * width).collect();
+        edges.push(49);
+        for (shape, truth) in [
+            (&(|_| 1.0) as &dyn Fn(usize) -> f64, flat),
+            (&steep, falling),
+        ] {
+            if truth.is_nan() {
+                continue;
+            }
+            let condition = cap.condition(&edges, shape).unwrap();
+            assert!(
+                (condition / truth - 1.0).abs() < 1e-9,
+                "{degrees}°: {condition} for {truth}"
+            );
+            assert_eq!(cap.narrowest_bands(shape).unwrap(), width, "{degrees}°");
+        }
+    }
+}
+
+/// What is answered is right: power made of the shape and one unknown a band comes back to the condition times rounding, and noise of 0.1 % to
+/// the condition times 0.1 %. What is not is refused with the width that is.
+#[test]
+fn what_a_cap_does_not_bear_is_refused() {
+    let shape = |l: usize| (l.max(1) as f64).powi(-2);
+    for degrees in [5.0, 10.0, 20.0, 30.0, 60.0, 90.0, 120.0f64] {
+        let radius = degrees.to_radians();
+        let cap = Coupling::new(Mask::Cap { radius }, 48).unwrap();
+        let width = cap.narrowest_bands(shape).unwrap();
+        let mut edges: Vec<usize> = (0..49 / width).map(|band| band * width).collect();
+        edges.push(49);
+        let condition = cap.condition(&edges, shape).unwrap();
+        assert!(condition <= MAX_CONDITION);
+        let mut power = vec![0.0; 49];
+        for (band, pair) in edges.windows(2).enumerate() {
+            for l in pair[0]..pair[1] {
+                power[l] = shape(l) * (1.0 + 0.3 * band as f64);
+            }
+        }
+        let masked = cap.couple(&power).unwrap();
+        for (band, found) in cap
+            .decouple(&masked, &edges, shape)
+            .unwrap()
+            .iter()
+            .enumerate()
+        {
+            let truth = 1.0 + 0.3 * band as f64;
+            assert!(
+                (found - truth).abs() < 1e-12 * truth,
+                "{degrees}° {band}: {found}"
+            );
+        }
+        let flat = cap.couple(&(0..49).map(shape).collect::<Vec<_>>()).unwrap();
+        let noisy: Vec<f64> = flat
+            .iter()
+            .enumerate()
+            .map(|(l, power)| power * if l / width % 2 == 0 { 1.001 } else { 0.999 })
+            .collect();
+        for found in cap.decouple(&noisy, &edges, shape).unwrap() {
+            assert!(
+                (found - 1.0).abs() <= 0.001 * condition * (1.0 + 1e-9),
+                "{found}"
+            );
+        }
+        // One degree narrower, where that is refused.
+        if width > 1 {
+            let mut edges: Vec<usize> = (0..49 / (width - 1))
+                .map(|band| band * (width - 1))
+                .collect();
+            edges.push(49);
+            let Err(Error::IllConditioned {
+                condition,
+                limit,
+                remedy,
+                ..
+            }) = cap.decouple(&masked, &edges, shape)
+            else {
+                panic!("{degrees}° in bands of {} degrees", width - 1);
+            };
+            assert!(condition > limit && limit == MAX_CONDITION);
+            assert!(
+                remedy.contains(&format!("bands of {width} degrees")),
+                "{remedy}"
+            );
+        }
+    }
+    let cap = Coupling::new(HEMISPHERE, 4).unwrap();
+    for wrong in [-1.0, f64::NAN, f64::INFINITY, 0.0] {
+        let shape = |l: usize| if l == 3 { wrong } else { 0.0 };
+        assert!(matches!(
+            cap.decouple(&[1.0; 5], &[0, 5], shape),
+            Err(Error::Domain { .. })
+        ));
+    }
+    assert!(matches!(
+        cap.decouple(&[1.0, f64::NAN, 1.0, 1.0, 1.0], &[0, 5], |_| 1.0),
+        Err(Error::NotFinite { index: 1, .. })
+    ));
 }
 
 /// Mean of the estimated over the true power in bands, and its standard error, for 600 Gaussian fields of power (l+1)^−2.3, l ≤ 40, seed 11.

@@ -30,7 +30,7 @@ mod work;
 
 pub use coefficients::{Coefficients, coefficient_count};
 pub use convention::{Convention, Normalisation, Order, Phase};
-pub use partial::{Coupling, MAX_COUPLING_DEGREE, Mask};
+pub use partial::{Coupling, MAX_CONDITION, MAX_COUPLING_DEGREE, Mask};
 pub use point::{Basis, MAX_BASIS_DEGREE, evaluate, evaluate_all};
 pub use rotation::{MAX_ROTATION_DEGREE, Rotation};
 pub use spectrum::{average_power, convolve_zonal, cross_power, deconvolve_zonal, zonal_factor};

@@ -19,12 +19,15 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector};
 
 use super::legendre;
-use crate::error::check_length;
+use crate::error::{check_finite, check_length};
 use crate::sphere::{Grid, Rule};
 use crate::{Error, Result};
 
 /// The largest degree of a [`Coupling`].
 pub const MAX_COUPLING_DEGREE: usize = 1024;
+
+/// The largest [`Coupling::condition`] that [`Coupling::decouple`] answers: a relative error of 1 % becomes one of up to 10 %.
+pub const MAX_CONDITION: f64 = 10.0;
 
 /// A mask that depends on the angle θ from the pole only.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -176,12 +179,26 @@ impl Coupling {
     /// The power of the whole sphere in bands of degrees, from the power of the masked field.
     ///
     /// Band b holds the degrees `edges[b] .. edges[b + 1]`; within it the power is taken as `shape(l)` times one unknown, which is what comes
-    /// back. Power beyond the last edge is taken as none. A hemisphere cannot tell neighbouring degrees apart: bands of two degrees
-    /// and more keep the inverse tame.
+    /// back. Power beyond the last edge is taken as none. The smaller the mask, the less it tells neighbouring degrees apart, and the wider the
+    /// bands have to be: see [`narrowest_bands`](Self::narrowest_bands).
+    ///
+    /// ```
+    /// use lobes::{Error, harmonics::{Coupling, Mask}};
+    /// let cap = Coupling::new(Mask::Cap { radius: 30f64.to_radians() }, 11)?;
+    /// let masked = cap.couple(&[1.0; 12])?;
+    /// for power in cap.decouple(&masked, &[0, 4, 8, 12], |_| 1.0)? {
+    ///     assert!((power - 1.0).abs() < 1e-13);
+    /// }
+    /// // Single degrees are beyond what a twelfth of the sphere tells apart.
+    /// let edges: Vec<usize> = (0..=12).collect();
+    /// assert!(matches!(cap.decouple(&masked, &edges, |_| 1.0), Err(Error::IllConditioned { .. })));
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] unless there is a value for each degree; [`Error::Domain`] for edges that do not ascend or pass the degree;
-    /// [`Error::Unanswerable`] where the mask cannot tell the bands apart.
+    /// [`Error::Length`] unless there is a value for each degree; [`Error::NotFinite`] where one is not finite; [`Error::Domain`] for edges that
+    /// do not ascend or pass the degree, and for a shape that is negative, not finite or zero throughout a band; [`Error::IllConditioned`] where
+    /// the [`condition`](Self::condition) is above [`MAX_CONDITION`].
     pub fn decouple(
         &self,
         masked: &[f64],
@@ -189,6 +206,62 @@ impl Coupling {
         shape: impl Fn(usize) -> f64,
     ) -> Result<Vec<f64>> {
         check_length("the power", self.degree() + 1, masked.len())?;
+        check_finite("the power", masked)?;
+        let matrix = self.of_bands(edges, &shape)?;
+        let condition = condition(&matrix);
+        let right = DVector::from_fn(matrix.nrows(), |row, _| mean(edges, row, |l| masked[l]));
+        let solution = (condition <= MAX_CONDITION).then(|| matrix.lu().solve(&right));
+        match solution.flatten() {
+            Some(power) => Ok(power.data.into()),
+            None => Err(Error::IllConditioned {
+                what: "undoing the coupling of these bands of degrees by the mask",
+                condition,
+                limit: MAX_CONDITION,
+                remedy: format!(
+                    "take bands of {} degrees, or wider, or a larger mask",
+                    self.narrowest_bands(shape)?
+                ),
+            }),
+        }
+    }
+
+    /// By how much [`decouple`](Self::decouple) multiplies errors: where the power follows the shape, a relative error ε of each band of the
+    /// masked power becomes one of up to this times ε. It is the condition number, in the maximum norm, of the matrix of the bands, its rows scaled to
+    /// a sum of 1; infinite where they cannot be told apart at all. 1 without a mask.
+    ///
+    /// # Errors
+    /// [`Error::Domain`], as for [`decouple`](Self::decouple).
+    pub fn condition(&self, edges: &[usize], shape: impl Fn(usize) -> f64) -> Result<f64> {
+        Ok(condition(&self.of_bands(edges, &shape)?))
+    }
+
+    /// The width of the narrowest bands, equally wide and from degree 0 on, whose [`condition`](Self::condition) is at most
+    /// [`MAX_CONDITION`]; the last one takes what is left over. About 180° over the radius of a cap.
+    ///
+    /// ```
+    /// use lobes::harmonics::{Coupling, Mask};
+    /// let cap = |degrees: f64| Coupling::new(Mask::Cap { radius: degrees.to_radians() }, 48);
+    /// assert_eq!(cap(90.0)?.narrowest_bands(|_| 1.0)?, 2);
+    /// assert_eq!(cap(20.0)?.narrowest_bands(|_| 1.0)?, 6);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a shape that is negative, not finite or zero throughout a band.
+    pub fn narrowest_bands(&self, shape: impl Fn(usize) -> f64) -> Result<usize> {
+        let count = self.degree() + 1;
+        for width in 1..count {
+            let mut edges: Vec<usize> = (0..count / width).map(|band| band * width).collect();
+            edges.push(count);
+            if self.condition(&edges, &shape)? <= MAX_CONDITION {
+                return Ok(width);
+            }
+        }
+        Ok(count)
+    }
+
+    /// The coupling of the bands' unknowns with the means over the bands of the masked power.
+    fn of_bands(&self, edges: &[usize], shape: &dyn Fn(usize) -> f64) -> Result<DMatrix<f64>> {
         let ascending = edges.windows(2).all(|pair| pair[0] < pair[1]);
         let last = edges.last().copied().unwrap_or(0);
         if !ascending || edges.len() < 2 || last > self.degree() + 1 {
@@ -198,31 +271,59 @@ impl Coupling {
                 allowed: "at the end of two or more ascending edges, at most the degree + 1",
             });
         }
-        let bands = edges.len() - 1;
-        // Mean over each band, weighted by the number of orders, of both sides.
-        let mean = |band: usize, row: &dyn Fn(usize) -> f64| -> f64 {
-            let (mut sum, mut weight) = (0.0, 0.0);
-            for l in edges[band]..edges[band + 1] {
-                let orders = (2 * l + 1) as f64;
-                sum += orders * row(l);
-                weight += orders;
+        for pair in edges.windows(2) {
+            let values = || (pair[0]..pair[1]).map(shape);
+            let wrong = values().find(|value| !(*value >= 0.0 && value.is_finite()));
+            if let Some(value) = wrong.or((values().sum::<f64>() == 0.0).then_some(0.0)) {
+                return Err(Error::Domain {
+                    what: "the shape of the power within a band",
+                    value,
+                    allowed: "finite, at least 0, and above 0 at some degree of each band",
+                });
             }
-            sum / weight
-        };
-        let matrix = DMatrix::from_fn(bands, bands, |row, column| {
-            mean(row, &|l| {
+        }
+        let bands = edges.len() - 1;
+        Ok(DMatrix::from_fn(bands, bands, |row, column| {
+            mean(edges, row, |l| {
                 (edges[column]..edges[column + 1])
                     .map(|other| self.matrix[(l, other)] * shape(other))
                     .sum()
             })
-        });
-        let right = DVector::from_fn(bands, |row, _| mean(row, &|l| masked[l]));
-        match matrix.lu().solve(&right) {
-            Some(power) if power.iter().all(|p| p.is_finite()) => Ok(power.data.into()),
-            _ => Err(Error::Unanswerable(
-                "the mask does not tell the bands of degrees apart; take wider bands".into(),
-            )),
-        }
+        }))
+    }
+}
+
+/// The mean over a band, each degree weighted by its number of orders.
+fn mean(edges: &[usize], band: usize, of: impl Fn(usize) -> f64) -> f64 {
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for l in edges[band]..edges[band + 1] {
+        let orders = (2 * l + 1) as f64;
+        sum += orders * of(l);
+        weight += orders;
+    }
+    sum / weight
+}
+
+/// ‖R⁻¹‖ in the maximum norm, R the matrix with rows scaled to a sum of 1. Its elements are not negative, so that ‖R‖ is 1.
+fn condition(matrix: &DMatrix<f64>) -> f64 {
+    let mut scaled = matrix.clone();
+    for mut row in scaled.row_iter_mut() {
+        let sum = row.sum();
+        row /= sum;
+    }
+    let norm = scaled.try_inverse().map_or(f64::INFINITY, |inverse| {
+        inverse
+            .row_iter()
+            .map(|row| row.iter().map(|value| value.abs()).sum())
+            .fold(
+                0.0,
+                |most: f64, sum: f64| if sum <= most { most } else { sum },
+            )
+    });
+    if norm.is_finite() {
+        norm
+    } else {
+        f64::INFINITY
     }
 }
 
