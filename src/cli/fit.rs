@@ -36,7 +36,7 @@ pub(super) fn run(options: &Fit) -> Result<()> {
             Error::file(
                 input::name(&options.file),
                 format!("no lobe can be fitted to its {name}: {error}"),
-                "give measurements that cover the highlight and beside it",
+                "what is fitted is a Lambert body and a lobe, to measurements in the highlight and beside it",
             )
         })?;
         table.add_row([
@@ -48,6 +48,16 @@ pub(super) fn run(options: &Fit) -> Result<()> {
             format!("{:.2e}", found.residual),
             found.measurements.to_string(),
         ]);
+        for (symbol, albedo) in [("ρd", found.diffuse), ("ρs", found.specular)] {
+            if albedo.value < -2.0 * albedo.standard_error {
+                console::note(format!(
+                    "{}: {symbol} of its {name} is negative, {:.4}: a Lambert body and a {} lobe are not what this surface is",
+                    options.file.display(),
+                    albedo.value,
+                    options.lobe
+                ));
+            }
+        }
         let number = |e: Estimate| json!({ "value": e.value, "standard_error": e.standard_error });
         answers.push(json!({
             "file": input::name(&options.file),

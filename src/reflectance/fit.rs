@@ -84,8 +84,8 @@ const MOST_STEPS: usize = 200;
 /// together (Levenberg 1944, Marquardt 1963, [doi:10.1137/0111030](https://doi.org/10.1137/0111030)); for two widths, four.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] if there are fewer than five measurements, if they do not determine the parameters (no light near the mirror
-/// direction, say), or if the method does not settle; [`Error::Domain`] if a direction is not a unit vector above the horizon or a weight is negative;
+/// [`Error::Undetermined`] if the measurements do not determine the parameters: no light near the mirror direction, no highlight that is twice its
+/// standard error, a σ at the end of its domain; [`Error::Unanswerable`] if there are fewer than five, or if the method does not settle; [`Error::Domain`] if a direction is not a unit vector above the horizon or a weight is negative;
 /// [`Error::NotFinite`] if a value is not finite.
 ///
 /// ```
@@ -148,9 +148,53 @@ pub fn residuals(measurements: &[Measurement], fit: &Fit) -> Result<Vec<Residual
 }
 
 fn undetermined() -> Error {
-    Error::Unanswerable(
-        "the measurements do not determine ρ_d, ρ_s and σ; add lights near the mirror direction and away from it".to_owned(),
-    )
+    Error::Undetermined {
+        parameter: "at least one of ρ_d, ρ_s and σ",
+        reason: "others make up for it; add lights near the mirror direction and away from it",
+    }
+}
+
+/// Why a fit that settled does not tell what the lobe is like, if it does not.
+fn check_determined(
+    measurements: &[Measurement],
+    parameters: &[f64],
+    lobe: &[f64],
+    specular: Estimate,
+) -> Result<()> {
+    /// The least share of the lobe in the rms of the data: less is rounding.
+    const SHARE: f64 = 1e-6;
+    /// In standard errors: a lobe of no strength looks stronger once in twenty tables.
+    const SIGNIFICANT: f64 = 2.0;
+    let (mut of_lobe, mut of_data) = (0.0, 0.0);
+    for (m, lobe) in measurements.iter().zip(lobe) {
+        of_lobe += m.weight * (specular.value * lobe).powi(2);
+        of_data += m.weight * (m.light.z * m.value).powi(2);
+    }
+    // Not >=, for NaN.
+    if !(of_lobe.sqrt() >= SHARE * of_data.sqrt())
+        || specular.value.abs() < SIGNIFICANT * specular.standard_error
+    {
+        return Err(Error::Undetermined {
+            parameter: "the width σ of the lobe",
+            reason: "no highlight stands out of the rest; add lights near the mirror direction, or take the surface for matte",
+        });
+    }
+    if parameters[2..].iter().any(|width| *width > -1e-9) {
+        return Err(Error::Undetermined {
+            parameter: "the width σ of the lobe",
+            reason: "the widest lobe there is, σ = 1, still fits best; add lights away from the mirror direction, or take another lobe",
+        });
+    }
+    if parameters[2..]
+        .iter()
+        .any(|width| *width < MIN_SIGMA.ln() + 1e-9)
+    {
+        return Err(Error::Undetermined {
+            parameter: "the width σ of the lobe",
+            reason: "the narrowest lobe there is, σ = 0.000001, still fits best; add lights within the highlight, or take the surface for a mirror",
+        });
+    }
+    Ok(())
 }
 
 fn check(measurements: &[Measurement]) -> Result<()> {
@@ -369,6 +413,8 @@ fn finish(
         }
     };
     let weights: f64 = measurements.iter().map(|m| m.weight).sum();
+    let problem = Problem::new(measurements, variant, widths_of(parameters))?;
+    check_determined(measurements, parameters, &problem.lobe, estimate(1))?;
     Ok(Fit {
         variant,
         diffuse: estimate(0),
@@ -401,67 +447,102 @@ impl Unreadable {
 
 /// Reads measurements from a table of comma-separated `theta_i, phi_i, theta_o, phi_o, value`, angles in degrees.
 ///
-/// θ is from the normal and φ about it from the tangent +x. Empty lines, lines that begin with `#` and one line of names at the top are
-/// skipped. Each measurement has weight 1.
+/// θ is from the normal and φ about it from the tangent +x. Empty lines and lines that begin with `#` are skipped, and so is a first line of five
+/// names, none of which is a number or begins with a digit. A byte order mark is no part of the first field. Each measurement has weight 1.
 ///
 /// # Errors
-/// [`Error::File`] if the file cannot be read or a line is not five numbers or lies below the horizon.
+/// [`Error::File`] if the file cannot be read or a line, which it names, is not five numbers, lies below the horizon or has a negative value.
+#[cfg(feature = "files")]
 pub fn read_csv(path: &Path) -> Result<Vec<Measurement>> {
-    let text = std::fs::read_to_string(path)
+    let bytes = std::fs::read(path)
         .map_err(|error| Error::file(path, error.to_string(), "give a readable file"))?;
-    csv(&text).map_err(|problem| problem.in_file(path))
+    csv(&bytes).map_err(|problem| problem.in_file(path))
 }
 
 /// [`read_csv`], of text in memory.
 ///
 /// # Errors
-/// [`Error::Contents`] if a line is not five numbers or lies below the horizon.
+/// [`Error::Contents`] if a line, which it names, is not five numbers, lies below the horizon or has a negative value.
+#[cfg(feature = "files")]
 pub fn parse_csv(text: &str) -> Result<Vec<Measurement>> {
-    csv(text).map_err(Unreadable::in_bytes)
+    csv(text.as_bytes()).map_err(Unreadable::in_bytes)
 }
 
-fn csv(text: &str) -> std::result::Result<Vec<Measurement>, Unreadable> {
-    let fail = |number: usize, problem: &str| Unreadable {
+#[cfg(feature = "files")]
+fn csv(bytes: &[u8]) -> std::result::Result<Vec<Measurement>, Unreadable> {
+    let fail = |number: u64, problem: &str| Unreadable {
         problem: format!("line {number} {problem}"),
         remedy: "each line is theta_i, phi_i, theta_o, phi_o, value, with angles in degrees and thetas below 90",
     };
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
     let mut measurements = Vec::new();
-    let mut names_allowed = true;
-    for (index, line) in text.lines().enumerate() {
-        let line = line.trim();
-        if line.is_empty() || line.starts_with('#') {
+    let mut first = true;
+    let mut record = csv::StringRecord::new();
+    loop {
+        let before = reader.position().line();
+        match reader.read_record(&mut record) {
+            Ok(true) => {}
+            Ok(false) => return Ok(measurements),
+            Err(error) => {
+                let line = error.position().map_or(before, csv::Position::line);
+                return Err(fail(line, "is not UTF-8 text"));
+            }
+        }
+        let number = record.position().map_or(before, csv::Position::line);
+        if record.iter().all(str::is_empty) {
             continue;
         }
-        let fields: std::result::Result<Vec<f64>, _> =
-            line.split(',').map(|field| field.trim().parse()).collect();
-        let first = std::mem::take(&mut names_allowed);
-        let Ok(fields) = fields else {
-            if first {
-                continue;
-            }
-            return Err(fail(index + 1, "is not numbers"));
-        };
-        let &[theta_i, phi_i, theta_o, phi_o, value] = fields.as_slice() else {
-            return Err(fail(index + 1, &format!("has {} numbers", fields.len())));
-        };
-        if !fields.iter().all(|field| field.is_finite()) {
-            return Err(fail(index + 1, "holds a number that is not finite"));
+        if record.len() != 5 {
+            let fields = if record.len() == 1 { "field" } else { "fields" };
+            let problem = format!("has {} {fields} where 5 are needed", record.len());
+            return Err(fail(number, &problem));
         }
-        let (light, view) = (direction(theta_i, phi_i), direction(theta_o, phi_o));
+        let is_name =
+            |field: &str| field.starts_with(char::is_alphabetic) && field.parse::<f64>().is_err();
+        if std::mem::take(&mut first) && record.iter().all(is_name) {
+            continue;
+        }
+        let mut fields = [0.0f64; 5];
+        for (value, field) in fields.iter_mut().zip(&record) {
+            *value = field
+                .parse()
+                .map_err(|_| fail(number, &format!("is not numbers: \"{}\"", short(field))))?;
+        }
+        if !fields.iter().all(|field| field.is_finite()) {
+            return Err(fail(number, "holds a number that is not finite"));
+        }
+        let [theta_i, phi_i, theta_o, phi_o, value] = fields;
         let above = |theta: f64| (0.0..90.0).contains(&theta);
         if !(above(theta_i) && above(theta_o)) {
-            return Err(fail(index + 1, "has a direction below the horizon"));
+            return Err(fail(number, "has a direction below the horizon"));
+        }
+        if value < 0.0 {
+            return Err(fail(
+                number,
+                "has a negative value, which no reflectance is; leave out what was not measured",
+            ));
         }
         measurements.push(Measurement {
-            light,
-            view,
+            light: direction(theta_i, phi_i),
+            view: direction(theta_o, phi_o),
             value,
             weight: 1.0,
         });
     }
-    Ok(measurements)
 }
 
+/// The beginning of a field, for a message.
+#[cfg(feature = "files")]
+fn short(field: &str) -> String {
+    field.chars().take(20).collect()
+}
+
+#[cfg(feature = "files")]
 fn direction(theta: f64, phi: f64) -> DVec3 {
     let (sin_theta, cos_theta) = theta.to_radians().sin_cos();
     let (sin_phi, cos_phi) = phi.to_radians().sin_cos();
