@@ -191,7 +191,7 @@ impl Rotation {
     /// # Errors
     /// [`Error::Degree`] where the coefficients have another degree than the plan; [`Error::Domain`] for a quaternion of no or of
     /// infinite length; [`Error::NotFinite`] where a coefficient is not finite, [`Error::Overflow`] where they are and the rotated ones are
-    /// not; [`Error::Memory`] where there is none. Orders cut off by the input come out, as rotation makes them.
+    /// not, which begins at some 10¹¹⁰; [`Error::Memory`] where there is none. Orders cut off by the input come out, as rotation makes them.
     pub fn rotate(
         &self,
         coefficients: &Coefficients,
