@@ -236,6 +236,43 @@ fn the_files_of_other_tools_are_light() {
     );
 }
 
+/// What OpenEXR's `envmap` says: a lat-long map is one, a cube is none of the mappings.
+#[test]
+fn the_attribute_of_environments_is_heeded() {
+    use exr::meta::attribute::EnvironmentMap::{Cube, LatitudeLongitude};
+    use exr::prelude::*;
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let reading = |size: (usize, usize), said, mapping| {
+        let channels = SpecificChannels::rgb(|_: Vec2<usize>| (1.0f32, 1.0f32, 1.0f32));
+        let mut attributes = LayerAttributes::default();
+        attributes.environment_map = said;
+        Image::from_layer(Layer::new(
+            size,
+            attributes,
+            Encoding::UNCOMPRESSED,
+            channels,
+        ))
+        .write()
+        .to_file(file.path())
+        .unwrap();
+        lobes::illumination::read(file.path(), mapping).map_err(|error| error.to_string())
+    };
+    assert!(reading((8, 4), Some(LatitudeLongitude), None).is_ok());
+    assert!(reading((8, 4), Some(LatitudeLongitude), Some(Mapping::LatLong)).is_ok());
+    for (size, said, mapping, words) in [
+        ((4, 24), Cube, None, "the six faces of a cube"),
+        (
+            (8, 8),
+            LatitudeLongitude,
+            Some(Mapping::AngularMap),
+            "is a lat-long map, and angular-map was asked for",
+        ),
+    ] {
+        let message = reading(size, Some(said), mapping).unwrap_err();
+        assert!(message.contains(words), "{message}");
+    }
+}
+
 /// Each is one sentence that names the file, what is wrong, and what to do.
 #[test]
 fn bad_files_and_folders_are_named() {

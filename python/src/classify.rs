@@ -116,7 +116,7 @@ impl Picture {
         Ok(Self(Arc::new(picture)))
     }
 
-    /// Reads a PNG or JPEG, as sRGB, or a linear OpenEXR, Radiance or PFM file; an alpha channel is the mask.
+    /// Reads a PNG or JPEG, as sRGB unless it says otherwise, or a linear OpenEXR, Radiance or PFM file; an alpha channel is the mask.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         interrupt::run(py, move || classify::Picture::read(&path))?

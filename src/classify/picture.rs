@@ -129,6 +129,21 @@ impl Picture {
         }
     }
 
+    /// A picture of linear radiance that came as codes, saturated from `ceiling` on.
+    #[cfg(feature = "files")]
+    pub(super) fn decoded(
+        width: usize,
+        height: usize,
+        pixels: Vec<[f64; 3]>,
+        ceiling: f64,
+    ) -> Result<Self> {
+        Ok(Self {
+            ceiling,
+            encoded: true,
+            ..Self::linear(width, height, pixels)?
+        })
+    }
+
     /// With how much of each pixel a mask (an alpha channel) leaves, on [0, 1]. A mask that leaves everything is none.
     ///
     /// # Errors

@@ -1,16 +1,18 @@
 //! Pictures with a sphere, from files.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageReader};
-
 use super::picture::Picture;
-use crate::files::{self, Problem};
+use crate::files::{self, Coded, Problem};
 use crate::{Error, Result};
 
 impl Picture {
-    /// Reads a picture: linear OpenEXR, Radiance or PFM, or PNG or JPEG of 8 or 16 bits as sRGB.
+    /// Reads a picture: linear OpenEXR, Radiance or PFM, or PNG or JPEG of up to 16 bits.
+    ///
+    /// Codes are sRGB's unless the file says otherwise: cICP, iCCP and gAMA with cHRM of a PNG, an ICC profile of a JPEG or its EXIF's Adobe RGB. What is
+    /// said by curves and a matrix is converted to Rec. 709 ([`files::read`](crate::files::read) has how); profiles of tables, PQ and HLG, and CMYK are refused.
+    /// gAMA 0.45455 with sRGB's primaries is sRGB, since that is what the standard has sRGB's writers say besides. What an OpenEXR file lacks of its
+    /// display window is black, and transparent where there is an alpha channel.
     ///
     /// An alpha channel is the mask; EXIF's orientation is undone, and its focal length on film of 36 × 24 mm is used where present.
     ///
@@ -29,22 +31,9 @@ impl Picture {
     }
 
     fn decode(bytes: &[u8]) -> std::result::Result<Self, Problem> {
-        let png = bytes.starts_with(&[0x89, b'P', b'N', b'G']);
-        let jpeg = bytes.starts_with(&[0xff, 0xd8]);
-        let refused = |error: &Error| damaged(error);
-        if png || jpeg {
-            let decoded = decode_codes(bytes)?;
-            let mut picture = Self::encoded(decoded.width, decoded.height, decoded.codes)
-                .map_err(|error| refused(&error))?;
-            if let Some(mask) = decoded.mask {
-                picture = picture.with_mask(mask).map_err(|error| refused(&error))?;
-            }
-            return match decoded.focal {
-                Some(focal) => picture
-                    .with_focal_length(focal)
-                    .map_err(|error| refused(&error)),
-                None => Ok(picture),
-            };
+        let refused = |error: Error| damaged(&error);
+        if let Some(coded) = files::decode_codes(bytes) {
+            return Self::of_codes(coded?).map_err(refused);
         }
         if !files::is_linear(bytes) {
             return Err(Problem::new(
@@ -52,7 +41,7 @@ impl Picture {
                 "convert it to one of these",
             ));
         }
-        let (picture, alpha) = files::decode_with_alpha(bytes)?;
+        let files::Decoded { picture, alpha, .. } = files::decode_all(bytes)?;
         let (width, height) = (picture.width, picture.height);
         let picture = Self::linear(width, height, picture.pixels).map_err(|error| match error {
             Error::NotFinite { index, .. } => Problem::new(
@@ -63,12 +52,37 @@ impl Picture {
                 ),
                 "mend the picture",
             ),
-            other => refused(&other),
+            other => refused(other),
         })?;
         match alpha {
-            Some(mask) => picture.with_mask(mask).map_err(|error| refused(&error)),
+            Some(mask) => picture.with_mask(mask).map_err(refused),
             None => Ok(picture),
         }
+    }
+}
+
+impl Picture {
+    /// As a PNG or JPEG holds it, with what its EXIF says.
+    fn of_codes(coded: Coded) -> Result<Self> {
+        let exif = coded
+            .exif
+            .and_then(|raw| exif::Reader::new().read_raw(raw).ok());
+        let said = |tag| exif.as_ref().map_or(0, |exif| number(exif, tag));
+        let orientation = said(exif::Tag::Orientation);
+        let stored = [coded.width, coded.height];
+        let ([width, height], pixels) = turned(orientation, stored, coded.pixels);
+        let mut picture = Self::decoded(width, height, pixels, coded.ceiling)?;
+        if let Some(mask) = coded.mask {
+            picture = picture.with_mask(turned(orientation, stored, mask).1)?;
+        }
+        // Film of 36 × 24 mm has a diagonal of 43.27 mm.
+        let millimetres = said(exif::Tag::FocalLengthIn35mmFilm);
+        if millimetres > 0 {
+            let diagonal = (width as f64).hypot(height as f64);
+            let focal = f64::from(millimetres) / 36f64.hypot(24.0) * diagonal;
+            picture = picture.with_focal_length(focal)?;
+        }
+        Ok(picture)
     }
 }
 
@@ -79,71 +93,43 @@ fn damaged(problem: &dyn std::fmt::Display) -> Problem {
     )
 }
 
-/// What a PNG or JPEG holds.
-struct Decoded {
-    width: usize,
-    height: usize,
-    /// On [0, 1].
-    codes: Vec<[f64; 3]>,
-    mask: Option<Vec<f64>>,
-    /// The focal length in pixels.
-    focal: Option<f64>,
-}
-
-fn decode_codes(bytes: &[u8]) -> std::result::Result<Decoded, Problem> {
-    let mut reader = ImageReader::new(Cursor::new(bytes))
-        .with_guessed_format()
-        .map_err(|error| damaged(&error))?;
-    let mut limits = image::Limits::default();
-    limits.max_alloc = Some(16 * files::MOST_PIXELS as u64);
-    reader.limits(limits);
-    let mut decoder = reader.into_decoder().map_err(|error| damaged(&error))?;
-    let (width, height) = decoder.dimensions();
-    files::check_size(width as usize, height as usize, bytes.len())?;
-    let exif = decoder.exif_metadata().map_err(|error| damaged(&error))?;
-    let orientation = decoder.orientation().map_err(|error| damaged(&error))?;
-    let mut picture = DynamicImage::from_decoder(decoder).map_err(|error| damaged(&error))?;
-    picture.apply_orientation(orientation);
-    let has_alpha = picture.color().has_alpha();
-    let wide = picture.color().bytes_per_pixel() / picture.color().channel_count() > 1;
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let count = width * height;
-    let mut codes = Vec::with_capacity(count);
-    let mut mask = Vec::with_capacity(if has_alpha { count } else { 0 });
-    let mut push = |[r, g, b, alpha]: [f64; 4]| {
-        codes.push([r, g, b]);
-        if has_alpha {
-            mask.push(alpha);
-        }
-    };
-    if wide {
-        for pixel in picture.into_rgba16().pixels() {
-            push(pixel.0.map(|v| f64::from(v) / 65535.0));
-        }
-    } else {
-        for pixel in picture.into_rgba8().pixels() {
-            push(pixel.0.map(|v| f64::from(v) / 255.0));
-        }
+/// The pixels as EXIF's orientation, a number from 1 to 8, has them looked at, with the width and the height that they have then.
+fn turned<T: Copy>(
+    orientation: u32,
+    [width, height]: [usize; 2],
+    pixels: Vec<T>,
+) -> ([usize; 2], Vec<T>) {
+    if !(2..=8).contains(&orientation) {
+        return ([width, height], pixels);
     }
-    // The diagonal of a film of 36 × 24 mm is 43.27 mm.
-    let diagonal = (width as f64).hypot(height as f64);
-    Ok(Decoded {
-        width,
-        height,
-        codes,
-        mask: has_alpha.then_some(mask),
-        focal: exif
-            .and_then(focal_length_on_film)
-            .map(|millimetres| millimetres / 36f64.hypot(24.0) * diagonal),
-    })
+    let size = if orientation > 4 {
+        [height, width]
+    } else {
+        [width, height]
+    };
+    let turned = (0..size[0] * size[1]).map(|index| {
+        let (row, column) = (index / size[0], index % size[0]);
+        let (right, bottom) = (width - 1, height - 1);
+        // Where it is stored.
+        let (row, column) = match orientation {
+            2 => (row, right - column),
+            3 => (bottom - row, right - column),
+            4 => (bottom - row, column),
+            5 => (column, row),
+            6 => (bottom - column, row),
+            7 => (bottom - column, right - row),
+            _ => (column, right - row),
+        };
+        pixels[row * width + column]
+    });
+    (size, turned.collect())
 }
 
-/// The focal length on film of 36 × 24 mm that EXIF gives, in millimetres.
-fn focal_length_on_film(raw: Vec<u8>) -> Option<f64> {
-    let exif = exif::Reader::new().read_raw(raw).ok()?;
-    let field = exif.get_field(exif::Tag::FocalLengthIn35mmFilm, exif::In::PRIMARY)?;
-    let value = f64::from(field.value.get_uint(0)?);
-    (value > 0.0).then_some(value)
+/// A whole number of EXIF, 0 where there is none.
+fn number(exif: &exif::Exif, tag: exif::Tag) -> u32 {
+    exif.get_field(tag, exif::In::PRIMARY)
+        .and_then(|field| field.value.get_uint(0))
+        .unwrap_or(0)
 }
 
 #[cfg(test)]

@@ -4,9 +4,15 @@ use std::cell::Cell;
 use std::io::Cursor;
 use std::path::Path;
 
+use ::exr::block::chunk::TileCoordinates;
+use ::exr::block::lines::LineRef;
+use ::exr::block::reader::ChunksReader;
+use ::exr::meta::attribute::EnvironmentMap;
+use ::exr::meta::header::Header;
 use ::exr::prelude::*;
 
-use super::{Picture, Problem, check_size, write_whole};
+use super::primaries::Primaries;
+use super::{Decoded, Environment, Picture, Problem, check_size, write_whole};
 use crate::{Error, Result};
 
 /// The first bytes of every file of the format.
@@ -14,10 +20,26 @@ pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
 fn problem(error: ::exr::error::Error) -> Problem {
     match error {
-        ::exr::error::Error::NotSupported(what) => Problem::new(
-            format!("the file uses a part of OpenEXR that is not read here ({what})"),
-            "store it again with ZIP or PIZ compression",
-        ),
+        ::exr::error::Error::NotSupported(what) => {
+            let (what, remedy): (String, &str) = if what.contains("deep data") {
+                (
+                    "the file holds deep data, several samples a pixel, which are not read here"
+                        .into(),
+                    "flatten it to one sample a pixel",
+                )
+            } else if what.contains("subsampling") {
+                (
+                    "the file subsamples its channels, as luminance and chroma often are, which is not read here".into(),
+                    "store it again as RGB, every channel at every pixel",
+                )
+            } else {
+                (
+                    format!("the file uses a part of OpenEXR that is not read here ({what})"),
+                    "store it again as RGB in scan lines with ZIP compression",
+                )
+            };
+            Problem::new(what, remedy)
+        }
         ::exr::error::Error::Io(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
             Problem::truncated()
         }
@@ -37,15 +59,8 @@ fn unread(compression: Compression) -> Option<&'static str> {
 /// No compression of the format holds more bytes of pixels than this in a byte of file: deflate's limit is 1032, the others' less.
 const MOST_EXPANSION: usize = 2048;
 
-/// The colour of the first layer that has red, green and blue, or luminance alone.
-pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
-    Ok(decode_with_alpha(bytes)?.0)
-}
-
-/// The colour, and the channel A of the same layer if it has one.
-pub(super) fn decode_with_alpha(
-    bytes: &[u8],
-) -> std::result::Result<(Picture, Option<Vec<f64>>), Problem> {
+/// The first layer that has red, green and blue, luminance and chroma, or luminance alone, in its display window.
+pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Decoded, Problem> {
     // The crate's decompressors panic on some damaged files (an overflow in B44, for one). They share no state with
     // anything, so a panic ends here.
     GUARDED.set(true);
@@ -65,12 +80,49 @@ pub(crate) fn is_guarded() -> bool {
     GUARDED.get()
 }
 
-fn decode_unguarded(bytes: &[u8]) -> std::result::Result<(Picture, Option<Vec<f64>>), Problem> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(problem)?;
-    for header in &meta.headers {
+/// What the three channels that are read stand for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Colour {
+    Rgb,
+    /// Luminance Y, (R − Y)/Y and (B − Y)/Y.
+    LuminanceChroma,
+    Luminance,
+}
+
+/// Which channels of a layer are red, green and blue or stand for them, and which is alpha.
+struct Channels {
+    colour: Colour,
+    /// For each channel of the layer, the part of a pixel that it is; the fourth is alpha.
+    part: Vec<Option<usize>>,
+}
+
+impl Channels {
+    fn of(header: &Header) -> Option<Self> {
+        let has = |name: &str| header.channels.list.iter().any(|c| c.name.eq(name));
+        let all = |names: [&str; 3]| names.iter().all(|name| has(name));
+        let (colour, names) = if all(["R", "G", "B"]) {
+            (Colour::Rgb, ["R", "G", "B", "A"])
+        } else if all(["RY", "Y", "BY"]) {
+            (Colour::LuminanceChroma, ["RY", "Y", "BY", "A"])
+        } else if has("Y") && !["R", "G", "B", "RY", "BY"].iter().any(|name| has(name)) {
+            (Colour::Luminance, ["", "Y", "", "A"])
+        } else {
+            return None;
+        };
+        let part =
+            |channel: &ChannelDescription| names.iter().position(|name| channel.name.eq(*name));
+        Some(Self {
+            colour,
+            part: header.channels.list.iter().map(part).collect(),
+        })
+    }
+}
+
+fn decode_unguarded(bytes: &[u8]) -> std::result::Result<Decoded, Problem> {
+    let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(problem)?;
+    for header in reader.headers() {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
         check_size(width, height, bytes.len())?;
-        // The crate allocates the whole picture before it reads a pixel.
         if width * height / MOST_EXPANSION * header.channels.bytes_per_pixel > bytes.len() {
             return Err(Problem::corrupt(format!(
                 "it claims {width} by {height} pixels, more than a file of its length can hold"
@@ -83,57 +135,177 @@ fn decode_unguarded(bytes: &[u8]) -> std::result::Result<(Picture, Option<Vec<f6
             ));
         }
     }
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(problem)?;
-    let layer = &image.layer_data;
-    let find = |name: &str| {
-        layer
-            .channel_data
-            .list
-            .iter()
-            .find(|channel| channel.name.eq(name))
-    };
-    let channels = match (find("R"), find("G"), find("B"), find("Y")) {
-        (Some(red), Some(green), Some(blue), _) => [red, green, blue],
-        (None, None, None, Some(luminance)) => [luminance; 3],
-        _ => {
-            return Err(Problem::new(
-                "the first layer has neither the channels R, G and B nor Y alone",
-                "store it again as RGB",
-            ));
-        }
-    };
-    let count = layer.size.width() * layer.size.height();
-    if channels
+    let found = reader
+        .headers()
         .iter()
-        .any(|channel| channel.sample_data.len() != count)
-    {
+        .enumerate()
+        .find_map(|(index, header)| Some((index, header.clone(), Channels::of(header)?)));
+    let Some((layer, header, channels)) = found else {
         return Err(Problem::new(
-            "the file subsamples its channels, which is not read here",
+            "no layer of the file has the channels R, G and B, or Y, RY and BY, or Y alone",
             "store it again as RGB",
         ));
+    };
+    let chromaticities = header.shared_attributes.chromaticities.map(|said| {
+        let pairs = [said.red, said.green, said.blue, said.white];
+        let mut values = [0.0; 8];
+        for (index, value) in pairs.iter().flat_map(|Vec2(x, y)| [*x, *y]).enumerate() {
+            values[index] = f64::from(value);
+        }
+        Primaries::new(values)
+    });
+    let primaries = chromaticities.unwrap_or(Primaries::REC709);
+    let mut canvas = Canvas::new(&header, bytes.len())?;
+
+    let largest = |_: &MetaData, tile: TileCoordinates, block: ::exr::block::BlockIndex| {
+        block.layer == layer && tile.level_index == Vec2(0, 0)
+    };
+    let mut blocks = reader
+        .filter_chunks(false, largest)
+        .map_err(problem)?
+        .sequential_decompressor(false);
+    while let Some(block) = blocks.decompress_next_block() {
+        let block = block.map_err(problem)?;
+        for line in block.lines(&header.channels) {
+            let channel = line.location.channel;
+            if let Some(part) = channels.part[channel] {
+                canvas.draw(&line, header.channels.list[channel].sample_type, part);
+            }
+        }
     }
-    let at = |channel: &AnyChannel<FlatSamples>, index: usize| {
-        f64::from(channel.sample_data.value_by_flat_index(index).to_f32())
+
+    let weights = primaries.luminance()?;
+    let to_rec709 = match channels.colour {
+        Colour::Luminance => None,
+        _ => primaries.to_rec709()?,
     };
-    let alpha = find("A")
-        .filter(|channel| channel.sample_data.len() == count)
-        .map(|channel| (0..count).map(|index| at(channel, index)).collect());
-    let picture = Picture {
-        width: layer.size.width(),
-        height: layer.size.height(),
-        pixels: (0..count)
-            .map(|index| channels.map(|channel| at(channel, index)))
-            .collect(),
-    };
-    Ok((picture, alpha))
+    for pixel in &mut canvas.pixels {
+        let rgb = match channels.colour {
+            Colour::Rgb => *pixel,
+            Colour::Luminance => [pixel[1]; 3],
+            Colour::LuminanceChroma => {
+                let [red_chroma, y, blue_chroma] = *pixel;
+                let (red, blue) = ((red_chroma + 1.0) * y, (blue_chroma + 1.0) * y);
+                let green = (y - weights[0] * red - weights[2] * blue) / weights[1];
+                [red, green, blue]
+            }
+        };
+        *pixel = to_rec709.map_or(rgb, |matrix| matrix.apply(rgb));
+    }
+    Ok(Decoded {
+        alpha: channels.part.contains(&Some(3)).then_some(canvas.alpha),
+        environment: header
+            .own_attributes
+            .environment_map
+            .map(|said| match said {
+                EnvironmentMap::LatitudeLongitude => Environment::LatLong,
+                EnvironmentMap::Cube => Environment::Cube,
+            }),
+        incomplete: canvas.missing,
+        picture: Picture {
+            width: canvas.width,
+            height: canvas.height,
+            pixels: canvas.pixels,
+        },
+    })
+}
+
+/// The display window, and the pixels that lie in it.
+struct Canvas {
+    width: usize,
+    height: usize,
+    pixels: Vec<[f64; 3]>,
+    alpha: Vec<f64>,
+    /// Where the data window begins within the display window.
+    left: i64,
+    top: i64,
+    /// What is wrong if all pixels are needed.
+    missing: Option<Problem>,
+}
+
+impl Canvas {
+    /// Black and transparent outside of the data window, and inside of it not a number, until it is drawn.
+    fn new(header: &Header, length: usize) -> std::result::Result<Self, Problem> {
+        let display = header.shared_attributes.display_window;
+        let (width, height) = (display.size.width(), display.size.height());
+        check_size(width, height, length)?;
+        let Vec2(x, y) = header.own_attributes.layer_position;
+        let left = i64::from(x) - i64::from(display.position.x());
+        let top = i64::from(y) - i64::from(display.position.y());
+        let (data_width, data_height) = (header.layer_size.width(), header.layer_size.height());
+        let within = |start: i64, length: usize, limit: usize| {
+            start.clamp(0, limit as i64) as usize
+                ..(start + length as i64).clamp(0, limit as i64) as usize
+        };
+        let (columns, rows) = (
+            within(left, data_width, width),
+            within(top, data_height, height),
+        );
+        let size = format!(
+            "the file holds {data_width} by {data_height} pixels from column {left}, row {top} of a picture of {width} by {height}"
+        );
+        if columns.is_empty() || rows.is_empty() {
+            return Err(Problem::new(
+                format!("{size}, so nothing of it"),
+                "store it again with a data window that meets its display window",
+            ));
+        }
+        let missing = (columns.len() < width || rows.len() < height).then(|| {
+            Problem::new(
+                format!("{size}, and the rest is missing"),
+                "store the whole picture: a data window that covers the display window",
+            )
+        });
+        let mut pixels = vec![[0.0; 3]; width * height];
+        for row in rows {
+            pixels[row * width..][columns.clone()].fill([f64::NAN; 3]);
+        }
+        let has_alpha = header.channels.list.iter().any(|c| c.name.eq("A"));
+        Ok(Self {
+            width,
+            height,
+            pixels,
+            alpha: vec![0.0; if has_alpha { width * height } else { 0 }],
+            left,
+            top,
+            missing,
+        })
+    }
+
+    /// Draws a line of one channel: the red, green or blue part, or the fourth, alpha.
+    fn draw(&mut self, line: &LineRef<'_>, kind: SampleType, part: usize) {
+        let row = line.location.position.y() as i64 + self.top;
+        if !(0..self.height as i64).contains(&row) {
+            return;
+        }
+        let start = row as usize * self.width;
+        let value = |index: usize| -> f64 {
+            let bytes = line.value;
+            match kind {
+                SampleType::F16 => {
+                    f16::from_ne_bytes([bytes[2 * index], bytes[2 * index + 1]]).to_f64()
+                }
+                SampleType::F32 => f64::from(f32::from_ne_bytes(
+                    [0, 1, 2, 3].map(|k| bytes[4 * index + k]),
+                )),
+                SampleType::U32 => f64::from(u32::from_ne_bytes(
+                    [0, 1, 2, 3].map(|k| bytes[4 * index + k]),
+                )),
+            }
+        };
+        for index in 0..line.location.sample_count {
+            let column = (line.location.position.x() + index) as i64 + self.left;
+            if !(0..self.width as i64).contains(&column) {
+                continue;
+            }
+            let at = start + column as usize;
+            if part == 3 {
+                self.alpha[at] = value(index);
+            } else {
+                self.pixels[at][part] = value(index);
+            }
+        }
+    }
 }
 
 /// How a value is stored in an OpenEXR file.

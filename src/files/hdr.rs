@@ -3,7 +3,12 @@
 //! The format is that of Ward, *Real Pixels*, Graphics Gems II (1991), and of the *Radiance file formats* manual. A pixel is three
 //! mantissas and a common exponent e: the value is (m + ½) 2^(e − 136), and 0 where e is 0. The half belongs to it:
 //! the encoder cuts, so the middle of the step is the unbiased value. Readers that leave it out are 0.2 % to 0.4 % too dark.
+//!
+//! A line of the header counts where it begins with its key, as in Radiance: programs keep the headers of the pictures that theirs was made of, indented,
+//! and what those were multiplied by has been undone. Colours are those of Rec. 709 unless PRIMARIES says others, which are converted. Radiance's own
+//! primaries, which its programs suppose where the line is missing, are the same as a missing line.
 
+use super::primaries::{Primaries, ToRec709};
 use super::{Picture, Problem, check_size};
 
 type Decoded<T> = Result<T, Problem>;
@@ -27,6 +32,14 @@ const RGB_OF_XYZ: [[f64; 3]; 3] = [
     ],
 ];
 
+/// Radiance's own primaries and white.
+const STANDARD: Primaries = Primaries {
+    red: [0.640, 0.330],
+    green: [0.290, 0.600],
+    blue: [0.150, 0.060],
+    white: [0.3333, 0.3333],
+};
+
 /// Lumens a watt of white light: what an XYZE picture's Y was multiplied by.
 const EFFICACY: f64 = 179.0;
 
@@ -35,6 +48,8 @@ struct Header {
     xyz: bool,
     /// What the pixels were multiplied by, a channel each: all EXPOSUREs times all COLORCORRs.
     scale: [f64; 3],
+    /// What PRIMARIES asks for.
+    primaries: Option<ToRec709>,
     /// Where the pixels begin.
     end: usize,
 }
@@ -72,11 +87,12 @@ pub(super) fn decode(bytes: &[u8]) -> Decoded<Picture> {
         } else {
             [x, y, z]
         };
-        [
-            seen[0] / header.scale[0],
-            seen[1] / header.scale[1],
-            seen[2] / header.scale[2],
-        ]
+        let seen = std::array::from_fn(|channel| seen[channel] / header.scale[channel]);
+        match &header.primaries {
+            // XYZ are what they are, whatever the primaries of the picture that they were made of.
+            Some(to_rec709) if !header.xyz => to_rec709.apply(seen),
+            _ => seen,
+        }
     };
     let mut pixels = Vec::with_capacity(stored.len());
     for row in 0..height {
@@ -123,24 +139,55 @@ fn line(bytes: &[u8], start: usize) -> Decoded<(&str, usize)> {
     Ok((text.trim_end_matches('\r'), start + length + 1))
 }
 
+/// Whether these bytes are a picture of the format: they begin with `#?`, or, as in old files, a header without it ends in a resolution string.
+pub(super) fn recognises(bytes: &[u8]) -> bool {
+    if bytes.starts_with(b"#?") {
+        return true;
+    }
+    // Headers are text, and short.
+    let mut at = 0;
+    while at < bytes.len().min(1 << 14) {
+        let Ok((_, next)) = line(bytes, at) else {
+            return false;
+        };
+        if ends_header(bytes, at) {
+            return order(bytes, next).is_ok();
+        }
+        if bytes[at..next - 1]
+            .iter()
+            .any(|byte| byte.is_ascii_control() && !b"\t\r".contains(byte))
+        {
+            return false;
+        }
+        at = next;
+    }
+    false
+}
+
+/// Whether the line that starts here is empty.
+fn ends_header(bytes: &[u8], start: usize) -> bool {
+    let rest = &bytes[start..];
+    rest.starts_with(b"\n") || rest.starts_with(b"\r\n")
+}
+
 fn header(bytes: &[u8]) -> Decoded<Header> {
     let mut header = Header {
         xyz: false,
         scale: [1.0; 3],
+        primaries: None,
         end: 0,
     };
     loop {
         let (text, next) = line(bytes, header.end)?;
-        let first = header.end == 0;
-        let blank = bytes[header.end] == b'\n' || bytes[header.end..].starts_with(b"\r\n");
+        let last = ends_header(bytes, header.end);
         header.end = next;
-        if blank {
+        if last {
             return Ok(header);
         }
-        let Some((key, value)) = text.split_once('=').filter(|_| !first) else {
+        let Some((key, value)) = text.split_once('=') else {
             continue;
         };
-        match key.trim() {
+        match key {
             "FORMAT" => match value.trim() {
                 "32-bit_rle_rgbe" => header.xyz = false,
                 "32-bit_rle_xyze" => header.xyz = true,
@@ -161,30 +208,70 @@ fn header(bytes: &[u8]) -> Decoded<Header> {
                     *scale *= factor;
                 }
             }
+            "PRIMARIES" => {
+                let primaries = Primaries::new(numbers(value).ok_or_else(|| {
+                    Problem::new(
+                        format!(
+                            "the header says PRIMARIES={value:?}, where the chromaticities of red, green, blue and white are needed"
+                        ),
+                        "give eight numbers there, or take the line out for Rec. 709",
+                    )
+                })?);
+                header.primaries = if primaries.is(&STANDARD) {
+                    None
+                } else {
+                    primaries.to_rec709()?
+                };
+            }
+            "GAMMA" => {
+                if numbers(value) != Some([1.0]) {
+                    return Err(Problem::new(
+                        format!(
+                            "the header says GAMMA={}: its pixels are encoded for a display, and are no radiance",
+                            value.trim()
+                        ),
+                        "store it again as linear radiance",
+                    ));
+                }
+            }
             _ => {}
         }
         if !header.scale.iter().all(|scale| scale.is_normal()) {
-            return Err(Problem::corrupt(
-                "the exposures of its header multiply to nothing or without bound",
+            return Err(Problem::new(
+                "the EXPOSURE and COLORCORR lines of its header multiply to nothing or without bound",
+                "mend these lines, or store it again",
             ));
         }
     }
 }
 
-/// The positive numbers of an EXPOSURE or COLORCORR line.
-fn factors<const N: usize>(key: &str, value: &str) -> Decoded<[f64; N]> {
+/// The numbers of a header's line, when there are so many.
+fn numbers<const N: usize>(value: &str) -> Option<[f64; N]> {
     let numbers: Vec<f64> = value
         .split_whitespace()
         .map_while(|word| word.parse().ok())
-        .filter(|number: &f64| number.is_finite() && *number > 0.0)
         .collect();
-    <[f64; N]>::try_from(numbers).map_err(|_| {
-        Problem::corrupt(format!(
-            "{key} is {:?}, where {N} positive number{} needed",
-            value.trim(),
-            if N == 1 { " is" } else { "s are" }
-        ))
-    })
+    <[f64; N]>::try_from(numbers).ok()
+}
+
+/// The positive numbers of an EXPOSURE or COLORCORR line.
+fn factors<const N: usize>(key: &str, value: &str) -> Decoded<[f64; N]> {
+    numbers(value)
+        .filter(|numbers: &[f64; N]| numbers.iter().all(|n| n.is_finite() && *n > 0.0))
+        .ok_or_else(|| {
+            let positive = if N == 1 {
+                "a positive number is"
+            } else {
+                "three positive numbers are"
+            };
+            Problem::new(
+                format!(
+                    "the header says {key}={}, where {positive} needed: what the pixels were multiplied by",
+                    value.trim()
+                ),
+                "mend that line, or take it out if the pixels are as they were (FreeImage writes EXPOSURE=0 of those)",
+            )
+        })
 }
 
 /// The resolution string: `-Y height +X width` and its seven other orders.

@@ -3,9 +3,13 @@
 //! Nothing here knows of directions: [`illumination`](crate::illumination) makes light of a picture,
 //! [`report`](crate::report) makes pictures of numbers.
 
+mod codes;
 mod exr;
 mod hdr;
+mod jpeg;
 mod pfm;
+mod png;
+mod primaries;
 mod srgb;
 
 use std::fs::File;
@@ -13,6 +17,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+pub(crate) use self::codes::{Coded, decode as decode_codes};
 #[cfg(feature = "cli")]
 pub(crate) use self::exr::is_guarded;
 pub use self::exr::{Precision, encode_exr, write_exr};
@@ -113,13 +118,18 @@ fn too_many(width: usize, height: usize) -> Problem {
 ///
 /// The format is told by the first bytes, not by the name: OpenEXR, Radiance's RGBE and XYZE, and PFM.
 ///
+/// **Colour.** Pixels are linear red, green and blue of Rec. 709. What says that it has other primaries (OpenEXR's `chromaticities`, Radiance's
+/// `PRIMARIES`) is converted, its white adapted to D65 by Bradford's transform; colours that Rec. 709 cannot show lose their parts below zero.
+/// Luminance and chroma (Y, RY, BY) become colour; luminance alone is grey.
+///
+/// **Size.** That of OpenEXR's display window: pixels outside of it are left out, and a file that lacks pixels in it is refused.
+///
 /// # Errors
 ///
 /// [`Error::File`] when the file cannot be opened, is truncated or corrupt, claims more than
 /// [`MOST_PIXELS`], or is of another format.
 pub fn read(path: &Path) -> Result<Picture> {
-    let bytes = read_bytes(path)?;
-    decode_problem(&bytes).map_err(|problem| problem.in_file(path))
+    decode_problem(&read_bytes(path)?).map_err(|problem| problem.in_file(path))
 }
 
 /// What a file holds.
@@ -150,7 +160,7 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 /// The picture of linear radiance in the bytes of a file: [`read`] without the file.
 ///
 /// **Memory.** N bytes take at most 2¹⁵ N bytes and 1 MiB more, whatever they hold. A file that is not packed to the limit of its compression
-/// takes 24 bytes for each pixel, and while OpenEXR is unpacked its own pixels too.
+/// takes 24 bytes for each pixel, 8 more for alpha, and while OpenEXR is unpacked one block of its own pixels.
 ///
 /// **Panics.** None. Where the crate `exr` panics, on some damaged files, that ends here; its message goes to the panic hook first.
 ///
@@ -172,39 +182,75 @@ pub fn decode(bytes: &[u8]) -> Result<Picture> {
     decode_problem(bytes).map_err(Problem::in_bytes)
 }
 
-/// [`decode_problem`], and the alpha channel of an OpenEXR file that has one.
-pub(crate) fn decode_with_alpha(
-    bytes: &[u8],
-) -> std::result::Result<(Picture, Option<Vec<f64>>), Problem> {
-    if bytes.starts_with(&exr::MAGIC) {
-        exr::decode_with_alpha(bytes)
-    } else {
-        Ok((decode_problem(bytes)?, None))
+/// What a file of linear radiance holds: its colour, and what it says besides.
+pub(crate) struct Decoded {
+    pub(crate) picture: Picture,
+    /// The alpha channel.
+    pub(crate) alpha: Option<Vec<f64>>,
+    /// How the file says that it shows all directions.
+    pub(crate) environment: Option<Environment>,
+    /// What is wrong for who needs all pixels, where the file holds a part of its picture only. The others are black, and transparent.
+    pub(crate) incomplete: Option<Problem>,
+}
+
+/// OpenEXR's attribute `envmap`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Environment {
+    /// A latitude-longitude map.
+    LatLong,
+    /// The six faces of a cube, one above the other.
+    Cube,
+}
+
+impl Decoded {
+    /// Colour alone.
+    fn of(picture: Picture) -> Self {
+        Self {
+            picture,
+            alpha: None,
+            environment: None,
+            incomplete: None,
+        }
+    }
+
+    /// The same, where every pixel is needed.
+    pub(crate) fn whole(self) -> std::result::Result<Self, Problem> {
+        match self.incomplete {
+            Some(problem) => Err(problem),
+            None => Ok(self),
+        }
     }
 }
 
 /// Whether the first bytes are those of a format that [`decode`] reads; an empty file is left to it, too.
 pub(crate) fn is_linear(bytes: &[u8]) -> bool {
-    let starts: [&[u8]; 4] = [&exr::MAGIC, b"#?", b"PF", b"Pf"];
-    bytes.is_empty() || starts.iter().any(|start| bytes.starts_with(start))
+    let starts: [&[u8]; 3] = [&exr::MAGIC, b"PF", b"Pf"];
+    bytes.is_empty()
+        || starts.iter().any(|start| bytes.starts_with(start))
+        || hdr::recognises(bytes)
 }
 
-/// [`decode`], with what is wrong still to be put into an error.
-pub(crate) fn decode_problem(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
+/// [`decode`], with all that the file says, and with what is wrong still to be put into an error.
+pub(crate) fn decode_all(bytes: &[u8]) -> std::result::Result<Decoded, Problem> {
     if bytes.starts_with(&exr::MAGIC) {
         exr::decode(bytes)
-    } else if bytes.starts_with(b"#?") {
-        hdr::decode(bytes)
     } else if bytes.starts_with(b"PF") || bytes.starts_with(b"Pf") {
         pfm::decode(bytes)
     } else if bytes.is_empty() {
         Err(Problem::new("the file is empty", "fetch it again"))
+    } else if hdr::recognises(bytes) {
+        hdr::decode(bytes).map(Decoded::of)
     } else {
         Err(Problem::new(
             "the file is none of OpenEXR, Radiance and PFM",
             "convert it to one of these",
         ))
     }
+}
+
+/// [`decode`], with what is wrong still to be put into an error.
+pub(crate) fn decode_problem(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
+    Ok(decode_all(bytes)?.whole()?.picture)
 }
 
 /// Writes a file whole or not at all: beside its place first, under a name of this process and call, then moved into it.

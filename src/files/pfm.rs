@@ -1,8 +1,8 @@
-//! Portable float maps: `PF` (colour) or `Pf` (grey), single precision of either endianness, rows from the bottom.
+//! Portable float maps: `PF` (colour), `Pf` (grey) or `PF4` (colour and alpha), single precision of either endianness, rows from the bottom.
 //!
 //! The sign of the scale in the header tells the endianness (negative is little-endian); its absolute value multiplies the values.
 
-use super::{Picture, Problem, check_size};
+use super::{Decoded, Picture, Problem, check_size};
 
 /// One word of the header, which ends with one white space.
 fn word<'a>(bytes: &'a [u8], at: &mut usize) -> Result<&'a str, Problem> {
@@ -20,9 +20,21 @@ fn word<'a>(bytes: &'a [u8], at: &mut usize) -> Result<&'a str, Problem> {
     Ok(std::str::from_utf8(&rest[blank..blank + length]).unwrap_or_default())
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, Problem> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, Problem> {
     let mut at = 0;
-    let channels = if word(bytes, &mut at)? == "PF" { 3 } else { 1 };
+    let channels = match word(bytes, &mut at)? {
+        "PF" => 3,
+        "Pf" => 1,
+        "PF4" => 4,
+        other => {
+            return Err(Problem::new(
+                format!(
+                    "the file begins with {other:?}, a variant of portable float maps that is not read here"
+                ),
+                "store it again as PF, Pf or PF4",
+            ));
+        }
+    };
     let mut size = || {
         let text = word(bytes, &mut at)?;
         text.parse::<usize>()
@@ -36,11 +48,21 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, Problem> {
         .ok()
         .filter(|scale: &f64| scale.is_normal())
         .ok_or_else(|| Problem::corrupt(format!("its scale reads {text:?}")))?;
-    let (data, _) = bytes
-        .get(at..)
-        .unwrap_or_default()
-        .split_at_checked(width * height * channels * 4)
-        .ok_or_else(Problem::truncated)?;
+    let needed = width * height * channels * 4;
+    let mut data = bytes.get(at..).unwrap_or_default();
+    // Lines may end as Windows ends them; the length tells that line feed from a first byte of data.
+    if data.len() == needed + 1 && bytes[at - 1] == b'\r' && data[0] == b'\n' {
+        data = &data[1..];
+    }
+    if data.len() < needed {
+        return Err(Problem::truncated());
+    }
+    if data.len() > needed {
+        return Err(Problem::corrupt(format!(
+            "{} bytes follow its last pixel",
+            data.len() - needed
+        )));
+    }
     let value = |index: usize| {
         let word = [0, 1, 2, 3].map(|byte| data[4 * index + byte]);
         let value = if scale < 0.0 {
@@ -50,17 +72,23 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, Problem> {
         };
         f64::from(value) * scale.abs()
     };
-    let pixels = (0..height)
-        .rev()
-        .flat_map(|row| (0..width).map(move |column| row * width + column))
-        .map(|pixel| match channels {
-            3 => [value(3 * pixel), value(3 * pixel + 1), value(3 * pixel + 2)],
-            _ => [value(pixel); 3],
+    let order = || {
+        (0..height)
+            .rev()
+            .flat_map(|row| (0..width).map(move |column| channels * (row * width + column)))
+    };
+    let pixels = order()
+        .map(|first| match channels {
+            1 => [value(first); 3],
+            _ => [value(first), value(first + 1), value(first + 2)],
         })
         .collect();
-    Ok(Picture {
-        width,
-        height,
-        pixels,
+    Ok(Decoded {
+        alpha: (channels == 4).then(|| order().map(|first| value(first + 3)).collect()),
+        ..Decoded::of(Picture {
+            width,
+            height,
+            pixels,
+        })
     })
 }

@@ -11,6 +11,10 @@ const ENDINGS: [&str; 4] = ["exr", "hdr", "pic", "pfm"];
 
 /// Reads an environment map: OpenEXR, Radiance or PFM, under any [`Mapping`], as [`EnvironmentMap::from_picture`] makes it.
 ///
+/// OpenEXR's attribute `envmap` is heeded: a cube is refused by name, and a lat-long map is one whatever was asked for. OpenEXR looks from inside
+/// as this crate does, with +z of its own world in the centre column where this crate's −z is, half a turn about the vertical; the picture is
+/// taken as it stands. (It also has the outermost pixels on the poles and on the seam, which are taken as half a pixel from them, as all others are.)
+///
 /// Without a mapping, the shape of the picture tells it: 2:1, 3:4 or 4:3. A square asks which. The name is that of the file
 /// without its ending.
 ///
@@ -64,8 +68,25 @@ fn decode_as(
     bytes: &[u8],
     choose: impl Fn(usize, usize) -> Result<Mapping>,
 ) -> Result<EnvironmentMap> {
-    let picture = files::decode_problem(bytes).map_err(|problem| problem.in_file(path))?;
+    let decoded = files::decode_all(bytes)
+        .and_then(files::Decoded::whole)
+        .map_err(|problem| problem.in_file(path))?;
+    if decoded.environment == Some(files::Environment::Cube) {
+        return Err(Error::file(
+            path,
+            "the file says that it holds the six faces of a cube, one above the other, which is no mapping that is read here",
+            "convert it to a lat-long map",
+        ));
+    }
+    let picture = decoded.picture;
     let mapping = choose(picture.width, picture.height)?;
+    if decoded.environment == Some(files::Environment::LatLong) && mapping != Mapping::LatLong {
+        return Err(Error::file(
+            path,
+            format!("the file says that it is a lat-long map, and {mapping} was asked for"),
+            "leave --mapping out, or the attribute envmap out of the file",
+        ));
+    }
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     EnvironmentMap::from_picture(name, mapping, picture.width, picture.height, picture.pixels)
         .map_err(|error| Error::file(path, error.to_string(), "mend the file or leave it out"))

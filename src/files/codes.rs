@@ -1,0 +1,179 @@
+//! Pictures of codes, PNG and JPEG: what their codes mean.
+
+use moxcms::{ColorProfile, DataColorSpace, ToneCurveEvaluator, ToneReprCurve};
+use nalgebra::Matrix3;
+
+use super::primaries::{Primaries, ToRec709};
+use super::{Problem, jpeg, linear_of_srgb, png};
+
+/// What a PNG or JPEG holds.
+pub(crate) struct Coded {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// Linear radiance of Rec. 709; the largest code of a channel is 1, before other primaries are converted.
+    pub(crate) pixels: Vec<[f64; 3]>,
+    pub(crate) mask: Option<Vec<f64>>,
+    /// The linear value of a code of 252/255.
+    pub(crate) ceiling: f64,
+    /// EXIF, as TIFF.
+    pub(crate) exif: Option<Vec<u8>>,
+}
+
+/// JPEG smears the last few codes: from this one on a pixel counts as saturated.
+const SATURATED: f64 = 252.0 / 255.0;
+
+/// Nothing if the bytes are neither PNG nor JPEG.
+pub(crate) fn decode(bytes: &[u8]) -> Option<Result<Coded, Problem>> {
+    if bytes.starts_with(&[0x89, b'P', b'N', b'G']) {
+        Some(png::decode(bytes))
+    } else if bytes.starts_with(&[0xff, 0xd8]) {
+        Some(jpeg::decode(bytes))
+    } else {
+        None
+    }
+}
+
+/// How a code on [0, 1] becomes a linear value.
+pub(super) enum Curve {
+    Srgb,
+    Linear,
+    /// The code to this power.
+    Power(f64),
+    /// ITU-R BT.709's camera, inverted.
+    Camera709,
+    /// An ICC profile's, of red, green and blue.
+    Profile(Box<[Evaluator; 3]>),
+}
+
+type Evaluator = Box<dyn ToneCurveEvaluator + Send + Sync>;
+
+/// What the codes of a file mean.
+pub(super) struct Space {
+    pub(super) curve: Curve,
+    /// Nothing for Rec. 709.
+    pub(super) to_rec709: Option<ToRec709>,
+}
+
+impl Space {
+    pub(super) const SRGB: Self = Self {
+        curve: Curve::Srgb,
+        to_rec709: None,
+    };
+
+    /// A curve and primaries.
+    pub(super) fn of(curve: Curve, primaries: Primaries) -> Result<Self, Problem> {
+        Ok(Self {
+            curve,
+            to_rec709: primaries.to_rec709()?,
+        })
+    }
+
+    /// Those of an ICC profile that says red, green and blue by three curves and a matrix, or grey by one.
+    pub(super) fn of_profile(bytes: &[u8], grey: bool) -> Result<Self, Problem> {
+        let refused = |what: &str| {
+            Problem::new(
+                format!("the picture's ICC profile {what}"),
+                "convert the picture to sRGB, for example in an image editor or with ImageMagick's -profile sRGB.icc",
+            )
+        };
+        let profile = ColorProfile::new_from_slice(bytes)
+            .map_err(|error| refused(&format!("cannot be read ({error})")))?;
+        let evaluator = |curve: &Option<ToneReprCurve>| {
+            curve
+                .as_ref()
+                .and_then(|curve| curve.make_linear_evaluator().ok())
+                .ok_or_else(|| refused("has no curve of each channel"))
+        };
+        let (curve, to_rec709) = match profile.color_space {
+            DataColorSpace::Gray if grey => {
+                let curve = || evaluator(&profile.gray_trc);
+                ([curve()?, curve()?, curve()?], None)
+            }
+            DataColorSpace::Rgb if profile.is_matrix_shaper() => {
+                let rows = profile.colorant_matrix().v;
+                let matrix = Matrix3::from_fn(|row, column| rows[row][column]);
+                if matrix.try_inverse().is_none() {
+                    return Err(refused("has a matrix without an inverse"));
+                }
+                let curves = [
+                    evaluator(&profile.red_trc)?,
+                    evaluator(&profile.green_trc)?,
+                    evaluator(&profile.blue_trc)?,
+                ];
+                (curves, Some(ToRec709::of_xyz(matrix)))
+            }
+            other => {
+                return Err(refused(&format!(
+                    "is of {other:?} colours by tables, where curves and a matrix of red, green and blue are read"
+                )));
+            }
+        };
+        // sRGB's own profiles round its curve and its matrix.
+        let close = |a: f64, b: f64| (a - b).abs() <= 2e-3;
+        let is_srgb = to_rec709.is_none_or(|matrix| matrix.is_none_within(2e-3))
+            && (0..=16).map(|i| f64::from(i) / 16.0).all(|code| {
+                curve.iter().all(|c| {
+                    close(
+                        f64::from(c.evaluate_value(code as f32)),
+                        linear_of_srgb(code),
+                    )
+                })
+            });
+        if is_srgb {
+            return Ok(Self::SRGB);
+        }
+        Ok(Self {
+            curve: Curve::Profile(Box::new(curve)),
+            to_rec709,
+        })
+    }
+
+    /// The linear values of a code of red, green and blue.
+    fn linear(&self, code: f64) -> [f64; 3] {
+        match &self.curve {
+            Curve::Srgb => [linear_of_srgb(code); 3],
+            Curve::Linear => [code; 3],
+            Curve::Power(exponent) => [code.powf(*exponent); 3],
+            Curve::Camera709 if code < 0.081 => [code / 4.5; 3],
+            Curve::Camera709 => [((code + 0.099) / 1.099).powf(1.0 / 0.45); 3],
+            Curve::Profile(curves) => {
+                std::array::from_fn(|c| f64::from(curves[c].evaluate_value(code as f32)))
+            }
+        }
+    }
+
+    /// A picture of the size, of red, green, blue and alpha of each pixel as codes up to `most`.
+    pub(super) fn picture(
+        &self,
+        [width, height]: [usize; 2],
+        most: u16,
+        has_alpha: bool,
+        codes: impl Iterator<Item = [u16; 4]>,
+    ) -> Coded {
+        let most = f64::from(most);
+        let table: Vec<[f64; 3]> = (0..=most as u16)
+            .map(|code| self.linear(f64::from(code) / most))
+            .collect();
+        let mut mask = Vec::with_capacity(if has_alpha { width * height } else { 0 });
+        let mut pixels = Vec::with_capacity(width * height);
+        for [r, g, b, alpha] in codes {
+            let at = |code: u16, channel: usize| table[usize::from(code)][channel];
+            let rgb = [at(r, 0), at(g, 1), at(b, 2)];
+            pixels.push(match &self.to_rec709 {
+                Some(matrix) => matrix.apply(rgb),
+                None => rgb,
+            });
+            if has_alpha {
+                mask.push(f64::from(alpha) / most);
+            }
+        }
+        Coded {
+            width,
+            height,
+            pixels,
+            mask: has_alpha.then_some(mask),
+            ceiling: self.linear(SATURATED).into_iter().fold(1.0, f64::min),
+            exif: None,
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! PNG, through the crate `png`.
+
+use std::io::Cursor;
+
+use ::png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Transformations};
+
+use super::codes::{Coded, Curve, Space};
+use super::primaries::Primaries;
+use super::{MOST_PIXELS, Problem, check_size};
+
+/// Deflate makes at most 1032 bytes of one; a little more than that counts for what stands around it.
+const MOST_EXPANSION: usize = 1040;
+
+fn problem(error: DecodingError) -> Problem {
+    match error {
+        DecodingError::IoError(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
+            Problem::truncated()
+        }
+        other => Problem::corrupt(other),
+    }
+}
+
+pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
+    let limits = Limits {
+        bytes: 16 * MOST_PIXELS,
+    };
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
+    // Palettes become colours, codes of 1, 2 and 4 bits such of 8, and a colour that stands for nothing becomes alpha.
+    decoder.set_transformations(Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(problem)?;
+    let info = reader.info();
+    let (width, height) = (info.width as usize, info.height as usize);
+    // A pixel may be a single bit, so what a byte of file can hold is told by the bytes of a row.
+    let unpacked = info.raw_row_length().saturating_mul(height);
+    let most = bytes.len().saturating_mul(MOST_EXPANSION);
+    check_size(width, height, if unpacked > most { 0 } else { usize::MAX })?;
+    let size = reader
+        .output_buffer_size()
+        .ok_or_else(|| Problem::corrupt("its size has no end"))?;
+    let mut data = vec![0; size];
+    let frame = reader.next_frame(&mut data).map_err(problem)?;
+    // What a file says of itself may follow its pixels.
+    reader.finish().map_err(problem)?;
+    let info = reader.info();
+    let (grey, has_alpha, channels) = match frame.color_type {
+        ColorType::Grayscale => (true, false, 1),
+        ColorType::GrayscaleAlpha => (true, true, 2),
+        ColorType::Rgb => (false, false, 3),
+        ColorType::Rgba => (false, true, 4),
+        ColorType::Indexed => return Err(Problem::corrupt("its palette is missing")),
+    };
+    let space = space(info, grey)?;
+    let exif = info.exif_metadata.as_ref().map(|exif| exif.to_vec());
+    let wide = frame.bit_depth == BitDepth::Sixteen;
+    let most = if wide { u16::MAX } else { 255 };
+    let code = |index: usize| {
+        if wide {
+            u16::from_be_bytes([data[2 * index], data[2 * index + 1]])
+        } else {
+            u16::from(data[index])
+        }
+    };
+    let codes = (0..width * height).map(|pixel| {
+        let first = pixel * channels;
+        let alpha = if has_alpha {
+            code(first + channels - 1)
+        } else {
+            most
+        };
+        if grey {
+            let value = code(first);
+            [value, value, value, alpha]
+        } else {
+            [code(first), code(first + 1), code(first + 2), alpha]
+        }
+    });
+    let picture = space.picture([width, height], most, has_alpha, codes);
+    Ok(Coded { exif, ..picture })
+}
+
+/// What the codes mean, by the first of cICP, iCCP, sRGB, and gAMA with cHRM that the file has (PNG, third edition, 4.3); sRGB without any.
+fn space(info: &Info<'_>, grey: bool) -> Result<Space, Problem> {
+    if let Some(points) = info.coding_independent_code_points {
+        let code = points.transfer_function;
+        let curve = match code {
+            1 | 6 | 14 | 15 => Curve::Camera709,
+            4 => Curve::Power(2.2),
+            5 => Curve::Power(2.8),
+            8 => Curve::Linear,
+            13 => Curve::Srgb,
+            _ => {
+                let name = match code {
+                    16 => "PQ",
+                    18 => "HLG",
+                    _ => "ITU-T H.273's",
+                };
+                return Err(Problem::new(
+                    format!(
+                        "the picture's cICP says the transfer {name} (number {code}), which is not read here"
+                    ),
+                    "convert it to sRGB, or to linear OpenEXR",
+                ));
+            }
+        };
+        let primaries = Primaries::numbered(points.color_primaries);
+        return match primaries {
+            Some(primaries)
+                if points.matrix_coefficients == 0 && points.is_video_full_range_image =>
+            {
+                Space::of(curve, primaries)
+            }
+            Some(_) => Err(Problem::new(
+                "the picture's cICP says that its codes are no RGB of full range",
+                "convert it to sRGB",
+            )),
+            None => Err(Problem::new(
+                format!(
+                    "the picture's cICP says the primaries number {}, which are not read here",
+                    points.color_primaries
+                ),
+                "convert it to sRGB",
+            )),
+        };
+    }
+    if let Some(profile) = &info.icc_profile {
+        return Space::of_profile(profile, grey);
+    }
+    if info.srgb.is_some() {
+        return Ok(Space::SRGB);
+    }
+    let primaries = info.chrm_chunk.map_or(Primaries::REC709, |said| {
+        let pairs = [said.red, said.green, said.blue, said.white];
+        let mut values = [0.0; 8];
+        for (index, value) in pairs.iter().flat_map(|(x, y)| [*x, *y]).enumerate() {
+            values[index] = f64::from(value.into_scaled()) / 1e5;
+        }
+        Primaries::new(values)
+    });
+    let gamma = info.gama_chunk.map(::png::ScaledFloat::into_scaled);
+    let curve = match gamma {
+        None => Curve::Srgb,
+        // What the standard has sRGB's writers say for readers that do not know sRGB.
+        Some(45_455) if primaries.is(&Primaries::REC709) => Curve::Srgb,
+        Some(0) => {
+            return Err(Problem::new(
+                "the picture's gAMA is 0, which no code can have been made by",
+                "take that chunk out of the file",
+            ));
+        }
+        Some(gamma) => Curve::Power(1e5 / f64::from(gamma)),
+    };
+    Space::of(curve, primaries)
+}
