@@ -50,9 +50,13 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, Problem> {
         .ok_or_else(|| Problem::corrupt(format!("its scale reads {text:?}")))?;
     let needed = width * height * channels * 4;
     let mut data = bytes.get(at..).unwrap_or_default();
-    // Lines may end as Windows ends them; the length tells that line feed from a first byte of data.
-    if data.len() == needed + 1 && bytes[at - 1] == b'\r' && data[0] == b'\n' {
-        data = &data[1..];
+    // Where the first line ends as Windows ends lines, the last one does.
+    let windows = bytes[..at]
+        .windows(2)
+        .find(|pair| pair.contains(&b'\n'))
+        .is_some_and(|pair| pair == b"\r\n");
+    if windows && bytes[at - 1] == b'\r' {
+        data = data.strip_prefix(b"\n").unwrap_or(data);
     }
     if data.len() < needed {
         return Err(Problem::truncated());
