@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numbers
+import operator
 from collections.abc import Iterator
 from typing import Any, SupportsIndex, final
 
@@ -65,6 +66,7 @@ class Coefficients:
 
     def index(self, l: int, m: int) -> int:
         """Where f_lm is in the last dimension of `array`; an `IndexError` where it is not held."""
+        l, m = operator.index(l), operator.index(m)
         order = abs(m)
         if not (0 <= order <= l <= self.degree and order <= self.orders):
             raise IndexError(f"there is no coefficient l = {l}, m = {m} of degree {self.degree} and orders {self.orders}")
@@ -73,7 +75,8 @@ class Coefficients:
 
     def get(self, l: int, m: int) -> Any:
         """f_lm of each function; 0 where |m| is beyond the orders, or l beyond the degree."""
-        if 0 <= abs(m) <= l and (l > self.degree or abs(m) > self.orders):
+        l, m = operator.index(l), operator.index(m)
+        if abs(m) <= l and (l > self.degree or abs(m) > self.orders):
             return np.zeros(self.shape)[()]
         return self.array[..., self.index(l, m)]
 
@@ -163,9 +166,7 @@ class Coefficients:
 
 
 def _index(value: SupportsIndex, name: str) -> int:
-    index = value.__index__() if hasattr(value, "__index__") else None
-    if index is None:
-        raise TypeError(f"{name} is {value!r}, which is not a whole number")
+    index = operator.index(value)
     if index < 0:
         raise ValueError(f"{name} is {index}, which is below 0")
     return index
