@@ -54,7 +54,7 @@ pub(super) fn run(options: &Fit) -> Result<()> {
                     "{}: {symbol} of its {name} is negative, {:.4}: a Lambert body and a {} lobe are not what this surface is",
                     options.file.display(),
                     albedo.value,
-                    options.lobe
+                    options.lobe.name
                 ));
             }
         }

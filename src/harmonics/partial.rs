@@ -4,7 +4,7 @@
 //! linear: ⟨B̃_l⟩ = Σ_l′ M_ll′ B_l′, M_ll′ = (2l′+1)/4π Σ_L (2L+1) W_L (l l′ L; 0 0 0)², where B is the average power and W that of the
 //! mask (Hivon et al. 2002, *MASTER of the CMB anisotropy power spectrum*, doi:10.1086/338126). Inverting M over bands of degrees gives
 //! the spectrum of the whole sphere without bias, which no continuation behind the mask does. The mean of estimated over true power for 600
-//! Gaussian fields of B_l = (l+1)^−2.3 seen on a hemisphere (`cargo test --test harmonics_partial -- --nocapture`):
+//! Gaussian fields of B_l = (l+1)^−2.3 seen on a hemisphere (`cargo test --test library harmonics_partial -- --nocapture`):
 //!
 //! | degrees | 0 … 1 | 2 … 3 | 4 … 7 | 8 … 15 | 16 … 31 | 32 … 40 |
 //! | --- | --- | --- | --- | --- | --- | --- |

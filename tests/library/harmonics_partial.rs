@@ -202,7 +202,7 @@ fn what_a_cap_does_not_bear_is_refused() {
 }
 
 /// Mean of the estimated over the true power in bands, and its standard error, for 600 Gaussian fields of power (l+1)^−2.3, l ≤ 40, seed 11.
-/// `cargo test --test harmonics_partial -- --nocapture` prints the table.
+/// `cargo test --test library harmonics_partial -- --nocapture` prints the table.
 #[test]
 fn only_decoupling_is_unbiased() {
     const FIELDS: usize = 600;

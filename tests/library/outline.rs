@@ -1,14 +1,12 @@
 //! The sphere in a photograph: found where there is one, and not where there is none.
 //!
-//!     LOBES_SCENES=420 cargo test --release --test outline -- --nocapture
+//!     LOBES_SCENES=420 cargo test --release --test library outline -- --nocapture
 //!
 //! measures it over as many photographs as one likes; the test itself makes do with a few.
 #![cfg(feature = "builtin")]
 
-mod scenes;
-
+use crate::scenes::{WALLS, balls, error, scene};
 use lobes::illumination::builtin;
-use scenes::{WALLS, balls, error, scene};
 
 const SEED: u64 = 20_261_122;
 

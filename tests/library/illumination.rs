@@ -200,7 +200,7 @@ fn weights_of_luminance_sum_to_one() {
 #[test]
 fn the_builtin_maps_are_those_of_the_provenance() {
     let provenance: serde_json::Value =
-        serde_json::from_str(include_str!("../data/illuminations/PROVENANCE.json")).unwrap();
+        serde_json::from_str(include_str!("../../data/illuminations/PROVENANCE.json")).unwrap();
     let records = provenance["maps"].as_array().unwrap();
     let maps = lobes::illumination::builtin().unwrap();
     assert!(maps.is_sorted_by(|a, b| a.name() < b.name()));
