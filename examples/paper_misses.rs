@@ -173,12 +173,14 @@ fn main() -> Result<()> {
         all.len(),
         only.count(),
     );
-    let parts: [(&str, fn(&Outcome) -> usize); 2] = [
-        ("of gold or old gold", |o| o.of_gold),
-        ("between gold and old gold", |o| o.between),
-    ];
-    for (what, of) in parts {
-        let share = |o: &Outcome| of(o) as f64 / o.misses().max(1) as f64;
+    for (what, between) in [
+        ("of gold or old gold", false),
+        ("between gold and old gold", true),
+    ] {
+        let share = |o: &Outcome| {
+            let count = if between { o.between } else { o.of_gold };
+            count as f64 / o.misses().max(1) as f64
+        };
         all.sort_by(|a, b| share(b).total_cmp(&share(a)).then(b.right.cmp(&a.right)));
         println!("\nThe six with the largest share of misses {what}:\n\n{HEADING}");
         for outcome in all.iter().take(6) {

@@ -110,7 +110,7 @@ impl Channels {
             return None;
         };
         let part =
-            |channel: &ChannelDescription| names.iter().position(|name| channel.name.eq(*name));
+            |channel: &ChannelDescription| names.iter().position(|name| channel.name.eq(name));
         Some(Self {
             colour,
             part: header.channels.list.iter().map(part).collect(),

@@ -223,16 +223,14 @@ fn header(bytes: &[u8]) -> Decoded<Header> {
                     primaries.to_rec709()?
                 };
             }
-            "GAMMA" => {
-                if numbers(value) != Some([1.0]) {
-                    return Err(Problem::new(
-                        format!(
-                            "the header says GAMMA={}: its pixels are encoded for a display, and are no radiance",
-                            value.trim()
-                        ),
-                        "store it again as linear radiance",
-                    ));
-                }
+            "GAMMA" if numbers(value) != Some([1.0]) => {
+                return Err(Problem::new(
+                    format!(
+                        "the header says GAMMA={}: its pixels are encoded for a display, and are no radiance",
+                        value.trim()
+                    ),
+                    "store it again as linear radiance",
+                ));
             }
             _ => {}
         }

@@ -70,6 +70,9 @@ struct Component {
     scanned: bool,
 }
 
+/// A Huffman table: for each 16 bits the length and the symbol of the code that they begin with.
+type Table = Vec<(u8, u8)>;
+
 /// A walk through the entropy-coded data of a file, by which what is missing, left over or out of step is found.
 ///
 /// ITU-T T.81, annexes B, F and G. Nothing is decoded but lengths; the values are the decoder's.
@@ -83,8 +86,8 @@ struct Scans<'a> {
     height: usize,
     progressive: bool,
     components: Vec<Component>,
-    /// Of direct and of alternating coefficients: for each 16 bits the length and the symbol of the code that they begin with.
-    tables: [[Option<Vec<(u8, u8)>>; 4]; 2],
+    /// Of direct and of alternating coefficients.
+    tables: [[Option<Table>; 4]; 2],
     /// Units between restarts; 0 without.
     restart: usize,
 }

@@ -61,7 +61,10 @@ fn covered(sphere: &SphereImage, row: usize, column: usize) -> Option<([f64; 3],
     let around = |place: usize| place.saturating_sub(1)..(place + 2).min(size);
     let mut neighbours = around(row).flat_map(|y| around(column).map(move |x| (y, x)));
     let own = sphere.get(row, column);
-    if own.is_some() && neighbours.all(|(y, x)| sphere.get(y, x).is_some()) {
+    // A pixel at the picture's edge has no neighbour there, and the outline may run through it.
+    let within_frame = |place: usize| 0 < place && place + 1 < size;
+    let inside = within_frame(row) && within_frame(column);
+    if inside && own.is_some() && neighbours.all(|(y, x)| sphere.get(y, x).is_some()) {
         return own.map(|colour| (colour, 1.0));
     }
     let within = |i: usize| {

@@ -101,8 +101,10 @@ const RENDER: [&str; 9] = [
 ];
 const SET: [&str; 5] = ["render", "--set", "set.toml", "--out", "set"];
 const PLOT: [&str; 6] = ["spectrum", "maps/a.pfm", "--degree", "7", "--plot", "a.svg"];
-const CLASSIFY: [&str; 7] = [
+// Quiet, for what it says of learning is no error.
+const CLASSIFY: [&str; 8] = [
     "classify",
+    "--quiet",
     "ball.png",
     "--illuminations",
     "maps",

@@ -157,7 +157,14 @@ fn what_a_cap_does_not_bear_is_refused() {
         let noisy: Vec<f64> = flat
             .iter()
             .enumerate()
-            .map(|(l, power)| power * if l / width % 2 == 0 { 1.001 } else { 0.999 })
+            .map(|(l, power)| {
+                power
+                    * if (l / width).is_multiple_of(2) {
+                        1.001
+                    } else {
+                        0.999
+                    }
+            })
             .collect();
         for found in cap.decouple(&noisy, &edges, shape).unwrap() {
             assert!(

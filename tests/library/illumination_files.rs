@@ -244,8 +244,10 @@ fn the_attribute_of_environments_is_heeded() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let reading = |size: (usize, usize), said, mapping| {
         let channels = SpecificChannels::rgb(|_: Vec2<usize>| (1.0f32, 1.0f32, 1.0f32));
-        let mut attributes = LayerAttributes::default();
-        attributes.environment_map = said;
+        let attributes = LayerAttributes {
+            environment_map: said,
+            ..LayerAttributes::default()
+        };
         Image::from_layer(Layer::new(
             size,
             attributes,

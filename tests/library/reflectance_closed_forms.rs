@@ -1,4 +1,8 @@
 //! Ward's lobes against closed forms.
+#![expect(
+    clippy::doc_markdown,
+    reason = "the formulas are plain text, with subscripts"
+)]
 
 use approx::assert_abs_diff_eq;
 use lobes::glam::DVec3;

@@ -301,20 +301,32 @@ fn never_gives_a_nan() {
             }
         }
     }
+    // A batch refuses a direction that is not of unit length; one by one they have the value 0.
+    let units: Vec<DVec3> = lights
+        .iter()
+        .copied()
+        .filter(|light| (light.length() - 1.0).abs() < 1e-9)
+        .collect();
+    assert!(units.len() >= 4);
     for variant in Variant::ALL {
         for sigma in [1e-6, 0.1, 1.0] {
             let lobe = Ward::isotropic(variant, sigma).unwrap();
             let mut out = vec![0.0; lights.len()];
             for &view in &lights {
-                lobe.evaluate_batch(view, &lights, &mut out).unwrap();
-                for (&light, &batch) in lights.iter().zip(&out) {
+                assert!(lobe.evaluate_batch(view, &lights, &mut out).is_err());
+                let batch = lobe.evaluate_batch(view, &units, &mut out[..units.len()]);
+                assert_eq!(batch.is_ok(), units.contains(&view), "{view}");
+                for &light in &lights {
                     let value = lobe.evaluate(view, light);
                     assert!(value.is_finite() && value >= 0.0, "{view} {light}: {value}");
+                    assert!(lobe.pdf(view, light).is_finite());
+                }
+                for (&light, &batch) in units.iter().zip(&out).filter(|_| batch.is_ok()) {
+                    let value = lobe.evaluate(view, light);
                     assert!(
                         (value - batch).abs() <= 1e-12 * value + 1e-200,
                         "{variant} {sigma} {view} {light}: {value} {batch}"
                     );
-                    assert!(lobe.pdf(view, light).is_finite());
                 }
                 let sample = lobe.sample(view, [0.999, 0.3]);
                 assert!(!sample.weight.is_nan());
