@@ -162,7 +162,7 @@ fn table(maps: &[EnvironmentMap], spectra: &[LightSpectrum]) -> Table {
             number(green, 2),
             number(blue, 2),
             number(spectrum.coherence, 3),
-            format!("{:.2}", spectrum.clipped_eta),
+            number(spectrum.clipped_eta, 2),
         ]);
     }
     for column in table.column_iter_mut().skip(1) {

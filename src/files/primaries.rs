@@ -37,6 +37,14 @@ impl Primaries {
         white: D65,
     };
 
+    /// CIE XYZ, whose numbers are colours by themselves: its white of equal parts is no white that anybody saw.
+    const XYZ: Self = Self {
+        red: [1.0, 0.0],
+        green: [0.0, 1.0],
+        blue: [0.0, 0.0],
+        white: [1.0 / 3.0, 1.0 / 3.0],
+    };
+
     /// Of x and y of red, green, blue and white, in this order.
     pub(crate) fn new([rx, ry, gx, gy, bx, by, wx, wy]: [f64; 8]) -> Self {
         Self {
@@ -107,13 +115,18 @@ impl Primaries {
         Ok([matrix[(1, 0)], matrix[(1, 1)], matrix[(1, 2)]])
     }
 
-    /// The way to Rec. 709 with its white, D65, to which other whites are adapted by Bradford's transform; nothing where the two are the same.
+    /// The way to Rec. 709 with its white, D65, to which other whites are adapted by Bradford's transform, but for CIE XYZ, which has none; nothing
+    /// where the two are the same.
     pub(crate) fn to_rec709(self) -> Result<Option<ToRec709>, Problem> {
         if self.is(&Self::REC709) {
             return Ok(None);
         }
         let to_xyz = self.to_xyz().ok_or_else(|| self.unsound())?;
-        Ok(Some(ToRec709::of_xyz(to_xyz)))
+        Ok(Some(if self.is(&Self::XYZ) {
+            ToRec709::of_colours(to_xyz)
+        } else {
+            ToRec709::of_xyz(to_xyz)
+        }))
     }
 
     fn unsound(&self) -> Problem {
@@ -144,7 +157,13 @@ impl ToRec709 {
         let ones = Vector3::repeat(1.0);
         let (from, to) = (bradford() * to_xyz * ones, bradford() * rec709 * ones);
         let adapted = of_cones * Matrix3::from_diagonal(&to.component_div(&from)) * bradford();
-        let matrix = rec709.try_inverse().unwrap_or_default() * adapted * to_xyz;
+        Self::of_colours(adapted * to_xyz)
+    }
+
+    /// From the matrix to the CIE XYZ of the colours as they are seen beside D65.
+    fn of_colours(to_xyz: Matrix3<f64>) -> Self {
+        let rec709 = Primaries::REC709.to_xyz().unwrap_or_default();
+        let matrix = rec709.try_inverse().unwrap_or_default() * to_xyz;
         Self(std::array::from_fn(|row| {
             std::array::from_fn(|column| matrix[(row, column)])
         }))

@@ -105,8 +105,8 @@ pub struct LightSpectrum {
     /// blue does not vary.
     pub coherence: Option<f64>,
     /// η of the luminance with the brightest [`CLIPPED_SHARE`](Self::CLIPPED_SHARE) of the sphere clipped, as a
-    /// camera with too small a range would.
-    pub clipped_eta: f64,
+    /// camera with too small a range would; nothing where what is left is uniform or black.
+    pub clipped_eta: Option<f64>,
 }
 
 /// The power, as a share of that of degree 0, below which it is rounding: amplitudes of 10⁻¹³.
@@ -133,9 +133,14 @@ impl LightSpectrum {
         }
         let coefficients = map.coefficients(degree, parallelism)?;
         let luminance = average_power(&luminance(&coefficients)?);
-        let clipped = map.clipped(Self::CLIPPED_SHARE)?;
-        let clipped = clipped.coefficients(degree, parallelism)?;
-        let clipped = average_power(&self::luminance(&clipped)?);
+        // A map that is black but for what is clipped is none any more.
+        let clipped = match map.clipped(Self::CLIPPED_SHARE) {
+            Ok(clipped) => {
+                let coefficients = clipped.coefficients(degree, parallelism)?;
+                Some(average_power(&self::luminance(&coefficients)?))
+            }
+            Err(_) => None,
+        };
         let channels = [0, 1, 2].map(|c| average_power(&coefficients[c]));
 
         let (first, last) = (Self::FIT_RANGE.0, Self::FIT_RANGE.1.min(degree));
@@ -164,7 +169,7 @@ impl LightSpectrum {
             channels,
             etas,
             coherence: coherence.is_finite().then_some(coherence),
-            clipped_eta: eta(&clipped)?,
+            clipped_eta: clipped.and_then(|power| eta(&power).ok()),
         })
     }
 }

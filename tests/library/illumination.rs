@@ -3,9 +3,9 @@
 use approx::assert_abs_diff_eq;
 use std::f64::consts::PI;
 
-use lobes::Error;
 use lobes::glam::DVec3;
-use lobes::illumination::{EnvironmentMap, Luminance};
+use lobes::illumination::{EnvironmentMap, LightSpectrum, Luminance};
+use lobes::{Error, Parallelism};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -232,5 +232,19 @@ fn the_builtin_maps_are_those_of_the_provenance() {
             (smooth / mean - 1.0).abs() < 1e-3,
             "{file}: {smooth} {mean}"
         );
+    }
+}
+
+/// A lamp in the dark, of less than what is clipped: all of its light is, and nothing is left to fit a law to.
+#[test]
+fn a_lamp_alone_has_no_clipped_law() {
+    for around in [0.0, 1.0] {
+        let mut pixels = vec![[around; 3]; 64 * 32];
+        pixels[10 * 64 + 20] = [1e4; 3];
+        let map = EnvironmentMap::new("lamp", 64, 32, pixels).unwrap();
+        let spectrum = LightSpectrum::of(&map, 16, Parallelism::Sequential).unwrap();
+        assert_eq!(spectrum.clipped_eta, None);
+        // A point has as much average power at every degree: η = −2.
+        assert!((spectrum.law.eta + 2.0).abs() < 0.1, "{}", spectrum.law.eta);
     }
 }

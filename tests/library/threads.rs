@@ -127,7 +127,8 @@ fn light_spectra() {
     check("the spectrum of light", |threads| {
         let spectrum = LightSpectrum::of(&map, 40, threads).unwrap();
         let mut values = spectrum.luminance;
-        values.extend([spectrum.law.k, spectrum.law.eta, spectrum.clipped_eta]);
+        values.extend([spectrum.law.k, spectrum.law.eta]);
+        values.extend(spectrum.clipped_eta);
         values
     });
 }

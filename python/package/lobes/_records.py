@@ -60,7 +60,7 @@ class LightSpectrum(_Arrays):
     """η of red, green and blue; None for a channel that does not vary."""
     coherence: float | None
     """The mean correlation of red and blue: 1 where light changes in brightness only."""
-    clipped_eta: float
+    clipped_eta: float | None
     """η of the luminance with the brightest 0.2 % of the sphere clipped."""
 
 

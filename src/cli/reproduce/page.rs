@@ -442,14 +442,15 @@ impl Writer<'_> {
         let eta = spectrum::median_eta(spectra);
         let drawing = light_spectra(&named, eta);
         output.add("figures/light.svg", drawing.clone())?;
-        let mut clipped: Vec<f64> = spectra.iter().map(|s| s.clipped_eta).collect();
+        let mut clipped: Vec<f64> = spectra.iter().filter_map(|s| s.clipped_eta).collect();
         clipped.sort_by(f64::total_cmp);
+        let clipped = clipped.get(clipped.len() / 2).copied();
         page.paragraph(&format!(
             "The average power of each degree falls as k / l^(2+η). A small bright sun or lamp has as much power at every \
              degree (η = −2) and hides the rest: the median η over these maps is {}, and {} once the brightest {} % \
              of the sphere are clipped. Hover over a line for its name.",
             signed(eta),
-            signed(clipped[clipped.len() / 2]),
+            clipped.map_or_else(|| "no law".into(), signed),
             100.0 * LightSpectrum::CLIPPED_SHARE,
         ));
         page.drawing(
@@ -576,7 +577,9 @@ impl Writer<'_> {
                         "η = {} ± {:.2}; clipped {}",
                         signed(spectrum.law.eta),
                         spectrum.law.eta_error,
-                        signed(spectrum.clipped_eta)
+                        spectrum
+                            .clipped_eta
+                            .map_or_else(|| "nothing to fit".into(), signed)
                     ),
                 ],
             });

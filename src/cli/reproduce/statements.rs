@@ -380,11 +380,12 @@ impl Run<'_> {
 
     fn light(&self) -> Statement {
         const RANGE: std::ops::RangeInclusive<f64> = 0.3..=0.65;
-        let count = |eta: fn(&LightSpectrum) -> f64| {
-            let within = self.spectra.iter().filter(|s| RANGE.contains(&eta(s)));
-            (within.count(), median(self.spectra.iter().map(eta)))
+        let count = |eta: fn(&LightSpectrum) -> Option<f64>| {
+            let all = || self.spectra.iter().filter_map(eta);
+            let within = all().filter(|eta| RANGE.contains(eta));
+            (within.count(), median(all()))
         };
-        let (plain, middle) = count(|s| s.law.eta);
+        let (plain, middle) = count(|s| Some(s.law.eta));
         let (clipped, clipped_middle) = count(|s| s.clipped_eta);
         let total = self.spectra.len();
         let number = |eta: Option<f64>| eta.unwrap_or(f64::NAN);
@@ -504,7 +505,7 @@ mod tests {
             law,
             etas: [Some(eta); 3],
             coherence: None,
-            clipped_eta: eta,
+            clipped_eta: Some(eta),
         }
     }
 
