@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::error::check_length;
 use crate::{Error, Result};
 
-/// The largest degree of a [`column`].
+/// The largest degree of a [`column()`].
 pub const MAX_COLUMN_DEGREE: usize = 1 << 20;
 
 /// P_l(x) for l = 0 … `out.len()` − 1, by Bonnet's recurrence in its difference form, which keeps its digits

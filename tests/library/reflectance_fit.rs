@@ -2,6 +2,7 @@
 
 use approx::assert_abs_diff_eq;
 use std::f64::consts::{FRAC_1_PI, PI};
+#[cfg(feature = "files")]
 use std::fmt::Write;
 
 use lobes::Error;
