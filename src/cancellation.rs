@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// let sum = cancellation.run(|| Parallelism::Rayon.map(3, |i| i).into_iter().sum());
 /// assert_eq!(sum, Some(3));
 /// let stopped = cancellation.run(|| {
-///     Parallelism::Rayon.map(1_000_000_000, |i| {
+///     Parallelism::Sequential.map(1000, |i| {
 ///         if i == 5 {
 ///             cancellation.cancel();
 ///         }
