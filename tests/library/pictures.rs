@@ -306,7 +306,7 @@ fn what_is_written_reads_back() {
 
 /// A colour whose light in other primaries is told by the package colour-science 0.4.7: `RGB_to_RGB` from a space of these primaries and this white, its matrices
 /// derived, to one of BT.709's with white (0.3127, 0.3290), adapted by "Bradford". CIE XYZ itself has no white to adapt from: there it is the inverse of
-/// BT.709's matrix (NumPy), as OpenEXR's own `RGBtoXYZ` writes such files.
+/// BT.709's matrix (from `numpy`), as OpenEXR's own `RGBtoXYZ` writes such files.
 const COLOUR: [f64; 3] = [0.2, 0.5, 0.9];
 
 /// The name, the chromaticities of red, green, blue and white, and what [`COLOUR`] is in Rec. 709.
