@@ -4,11 +4,12 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use lobes::Parallelism;
-use lobes::classify::{
-    EvidenceReader, LearnedPosterior, LogReader, Reader, Reflectance, ReflectanceGrid, Sample,
-};
 use lobes::features::{Continuation, ImageSpectrum, PaperFeatures, TOP_DEGREE};
 use lobes::glam::DVec3;
+use lobes::inference::{
+    EvidenceReader, LearnedPosterior, LogReader, Posterior, Reader, Reflectance, ReflectanceGrid,
+    Sample,
+};
 use lobes::reflectance::Variant;
 use lobes::reflection::{Camera, SphereImage, Viewpoint};
 use rand::{RngExt, SeedableRng};
@@ -59,7 +60,7 @@ fn posterior(criterion: &mut Criterion) {
             }
         })
         .collect();
-    let (shares, sigmas) = (LearnedPosterior::shares(), LearnedPosterior::sigmas());
+    let (shares, sigmas) = (Posterior::default_shares(), Posterior::default_sigmas());
     let mut group = criterion.benchmark_group("posterior");
     group.sample_size(10);
     group.bench_function("moments and the inner loop", |bencher| {

@@ -4,9 +4,9 @@
 //! and no white sphere. It reads the roughness σ. How large the specular share is, it does not know: that light is never negative is not in it (docs/inference.md).
 
 use lobes::Parallelism::Rayon;
-use lobes::classify::{EvidenceReader, GaussianEvidence, ReflectanceGrid, natural_spectrum};
 use lobes::glam::DVec3;
 use lobes::illumination::builtin;
+use lobes::inference::{EvidenceReader, GaussianEvidence, ReflectanceGrid, natural_spectrum};
 use lobes::reflectance::{Material, Variant};
 use lobes::reflection::{Camera, Renderer, Settings, Viewpoint};
 

@@ -5,9 +5,10 @@
 //! them, take a minute and give narrower answers (docs/inference.md).
 
 use lobes::Parallelism::Rayon;
-use lobes::classify::{Circle, Model, Picture, Training, TrainingPlan};
 use lobes::glam::DVec3;
 use lobes::illumination::{EnvironmentMap, builtin};
+use lobes::inference::{Model, Training, TrainingPlan};
+use lobes::picture::{Circle, Picture};
 use lobes::reflectance::{Material, Variant, presets};
 use lobes::reflection::{Camera, Renderer, Settings};
 

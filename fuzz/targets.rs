@@ -9,7 +9,6 @@ use std::f64::consts::PI;
 use std::sync::{Mutex, PoisonError};
 
 use lobes::Parallelism::Sequential;
-use lobes::classify::LogReader;
 use lobes::features::{
     Continuation, DrorFeatures, ImageSpectrum, Needlets, PaperFeatures, UnbiasedBands,
 };
@@ -22,6 +21,7 @@ use lobes::harmonics::{
 };
 use lobes::harmonics::{average_power, convolve_zonal, cross_power, deconvolve_zonal, legendre};
 use lobes::illumination::{EnvironmentMap, LightSpectrum, PowerLaw};
+use lobes::inference::LogReader;
 use lobes::reflectance::fit::{self, Measurement, Widths};
 use lobes::reflectance::{IsotropicCoefficients, Material, Variant, Ward, approximation, recover};
 use lobes::reflection::{Camera, Renderer, Settings, SphereImage, Viewpoint};
@@ -190,7 +190,7 @@ pub(crate) fn pfm(bytes: &[u8]) {
 
 /// PNG, JPEG and any other picture, and the sphere in it.
 pub(crate) fn photograph(bytes: &[u8]) {
-    if let Ok(saturated) = lobes::cli::readers::photograph(bytes) {
+    if let Ok(saturated) = lobes_cli::readers::photograph(bytes) {
         assert!((0.0..=1.0).contains(&saturated));
     }
 }
@@ -264,11 +264,11 @@ pub(crate) fn toml(bytes: &[u8]) {
         return;
     };
     if kind & 1 == 0 {
-        if let Ok(count) = lobes::cli::readers::materials(text) {
+        if let Ok(count) = lobes_cli::readers::materials(text) {
             assert!(count > 0);
         }
     } else {
-        let _ = lobes::cli::readers::set(text);
+        let _ = lobes_cli::readers::set(text);
     }
 }
 

@@ -170,7 +170,7 @@ impl Error {
 }
 
 /// Checks that an array has the length that the operation needs.
-pub(crate) fn check_length(what: &'static str, expected: usize, got: usize) -> Result<()> {
+pub fn check_length(what: &'static str, expected: usize, got: usize) -> Result<()> {
     if got == expected {
         Ok(())
     } else {
@@ -206,7 +206,7 @@ pub(crate) fn not_finite(output: &'static str, what: &'static str, input: &[f64]
 }
 
 /// Checks that every value is finite.
-pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<()> {
+pub fn check_finite(what: &'static str, values: &[f64]) -> Result<()> {
     match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
         Some(index) => Err(Error::NotFinite {

@@ -22,26 +22,22 @@ pub mod reflection;
 
 pub mod features;
 
-pub mod classify;
+pub mod picture;
 
-#[cfg(feature = "contracts")]
-pub mod contracts;
-
-#[cfg(feature = "report")]
-pub mod report;
-
-#[cfg(feature = "cli")]
-pub mod cli;
+pub mod inference;
 
 mod cancellation;
 mod error;
+
 mod named;
 mod parallelism;
 mod vectors;
 
 pub use cancellation::Cancellation;
-pub use error::{Error, Result};
+pub use error::{Error, Result, check_finite, check_length};
 pub use glam;
+pub use nalgebra;
+pub use num_complex;
 pub use parallelism::Parallelism;
 pub use vectors::vectors;
 

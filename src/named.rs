@@ -1,6 +1,29 @@
-//! Enums whose variants have fixed names.
+//! Enumerations whose variants have fixed names.
 
-/// Display and parsing of an enum by its `ALL` and its `name()`; the error of parsing lists the names.
+/// Display and parsing of an enumeration by its `ALL` and its `name()`; the error of parsing lists the names.
+///
+/// - The type has a constant array `ALL` of every variant and a method `name(self) -> &'static str`.
+/// - The literal says what it is, as [`Error::UnknownName`](crate::Error::UnknownName) needs it for its sentence.
+///
+/// ```
+/// #[derive(Clone, Copy, Debug, PartialEq)]
+/// enum Side { Left, Right }
+///
+/// impl Side {
+///     const ALL: [Self; 2] = [Self::Left, Self::Right];
+///
+///     fn name(self) -> &'static str {
+///         match self { Self::Left => "left", Self::Right => "right" }
+///     }
+/// }
+///
+/// lobes::named!(Side, "side");
+///
+/// assert_eq!("left".parse::<Side>().unwrap(), Side::Left);
+/// assert_eq!(Side::Right.to_string(), "right");
+/// assert!("up".parse::<Side>().unwrap_err().to_string().contains("left"));
+/// ```
+#[macro_export]
 macro_rules! named {
     ($type:ty, $what:literal) => {
         impl std::fmt::Display for $type {
@@ -24,5 +47,3 @@ macro_rules! named {
         }
     };
 }
-
-pub(crate) use named;

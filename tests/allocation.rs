@@ -1,62 +1,17 @@
 //! Execution allocates nothing: plans are made once, and what they need to run the caller passes.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+mod counting_allocator;
 
+use counting_allocator::{Counting, allocations, most_bytes};
 use lobes::Parallelism::Sequential;
 use lobes::glam::{DQuat, DVec3};
 use lobes::harmonics::{Basis, Coefficients, Rotation, Transform};
 use lobes::sphere::Grid;
 
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-    /// Bytes held, and the most that they were. What another thread gave or takes counts too, so these may pass zero.
-    static HELD: Cell<isize> = const { Cell::new(0) };
-    static MOST: Cell<isize> = const { Cell::new(0) };
-}
-
-/// The system's allocator, which counts what each thread asks for.
-struct Counting;
-
-// SAFETY: passes everything on; counting neither allocates nor unwinds.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        let held = HELD.get() + layout.size() as isize;
-        HELD.set(held);
-        MOST.set(MOST.get().max(held));
-        // SAFETY: the caller's promises are the system allocator's.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        HELD.set(HELD.get() - layout.size() as isize);
-        // SAFETY: as above.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// How often `f` allocates.
-fn allocations(f: impl FnOnce()) -> usize {
-    let before = ALLOCATIONS.get();
-    f();
-    ALLOCATIONS.get() - before
-}
-
-/// The most bytes that `f` holds at a time.
-#[cfg(feature = "files")]
-fn most_bytes(f: impl FnOnce()) -> usize {
-    let before = HELD.get();
-    MOST.set(before);
-    f();
-    usize::try_from(MOST.get() - before).unwrap()
-}
-
 /// N bytes of a picture take no more than 2¹⁵ N and 1 MiB, whatever they hold: what packs best, what claims too much, what is damaged.
-#[cfg(feature = "files")]
 #[test]
 fn memory_of_a_picture() {
     use lobes::files::{Picture, Precision, decode, encode_exr};
@@ -114,35 +69,25 @@ fn memory_of_a_picture() {
     assert!(read > 20 && refused > 5, "{read} read, {refused} refused");
 }
 
-/// The same of what the command reads besides: PNG and JPEG within 2¹⁶ N, tables within 2⁶ N, TOML within 2¹⁰ N.
-#[cfg(feature = "cli")]
+/// The same of photographs, within 2¹⁶ N, and of tables, within 2⁶ N.
 #[test]
 fn memory_of_other_files() {
-    use lobes::cli::readers;
+    use lobes::picture::Picture;
     let within = |bytes: &[u8], shift: u32, read: &dyn Fn()| {
         let (most, allowed) = (most_bytes(read), (bytes.len() << shift) + (1 << 20));
         assert!(most <= allowed, "{most} of {allowed}");
     };
     for side in [64, 1024, 2048] {
-        let png = lobes::report::encode_png(side, side, 1.0, |_, _| Some([0.0; 3])).unwrap();
-        within(&png, 16, &|| drop(readers::photograph(&png)));
+        let png = lobes::picture::encode_png(side, side, 1.0, |_, _| Some([0.0; 3])).unwrap();
+        within(&png, 16, &|| {
+            let picture = Picture::of_bytes(&png).unwrap();
+            let _ = picture.circle().and_then(|circle| picture.sphere(circle));
+        });
     }
     let table = "1,1,1,1,1\n".repeat(20_000);
     within(table.as_bytes(), 6, &|| {
         assert!(lobes::reflectance::fit::parse_csv(&table).is_ok());
     });
-    let entry =
-        |i: usize| format!("[[material]]\nname='{i}'\nkind='plastic'\nreflectance=[0,0,0]\n");
-    for text in [
-        (0..1000).map(entry).collect::<String>(),
-        "[[material]]\n".repeat(5000),
-        format!("a={}", "[".repeat(5000)),
-        "a.".repeat(5000),
-    ] {
-        within(text.as_bytes(), 10, &|| {
-            let _ = (readers::materials(&text), readers::set(&text));
-        });
-    }
 }
 
 #[test]

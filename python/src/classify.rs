@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use lobes::classify::{self, Circle, Dataset, Observation, Reflectance, Sample, TrainingPlan};
+use lobes::inference::{self, Dataset, Observation, Reflectance, Sample, TrainingPlan};
+use lobes::picture::{self, Circle};
 use lobes::reflectance::Variant;
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -21,7 +22,7 @@ const MOST_CAMERAS: usize = 4096;
 /// A picture that a sphere is in.
 #[pyclass(frozen, eq, module = "lobes")]
 #[derive(PartialEq)]
-pub(crate) struct Picture(Arc<classify::Picture>);
+pub(crate) struct Picture(Arc<picture::Picture>);
 
 /// The values of a mask (rows, columns) on [0, 1].
 pub(crate) fn mask_of(
@@ -102,9 +103,9 @@ impl Picture {
                     "the picture holds the code {value}, and codes of the type {name} are on [0, 1]; give uint8, uint16 or fractions"
                 )));
             }
-            classify::Picture::encoded(columns, rows, codes)
+            picture::Picture::encoded(columns, rows, codes)
         } else {
-            classify::Picture::linear(columns, rows, values)
+            picture::Picture::linear(columns, rows, values)
         }
         .map_err(error)?;
         if let Some(mask) = mask {
@@ -119,7 +120,7 @@ impl Picture {
     /// Reads a PNG or JPEG, as sRGB unless it says otherwise, or a linear OpenEXR, Radiance or PFM file; an alpha channel is the mask.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        interrupt::run(py, move || classify::Picture::read(&path))?
+        interrupt::run(py, move || picture::Picture::read(&path))?
             .map(|picture| Self(Arc::new(picture)))
             .map_err(error)
     }
@@ -209,7 +210,7 @@ impl Picture {
             columns,
             values,
         } = Pixels::of(pixels, "the picture")?;
-        let mut picture = classify::Picture::linear(columns, rows, values).map_err(error)?;
+        let mut picture = picture::Picture::linear(columns, rows, values).map_err(error)?;
         if encoded {
             picture = picture.as_encoded();
         }
@@ -239,7 +240,7 @@ type Parts<'py> = (
 ///
 /// It takes about a minute to make and can be pickled.
 #[pyclass(frozen, module = "lobes")]
-pub(crate) struct Training(Arc<classify::Training>);
+pub(crate) struct Training(Arc<inference::Training>);
 
 #[pymethods]
 impl Training {
@@ -277,7 +278,7 @@ impl Training {
                 None => lobes::reflectance::presets(),
             };
             let done = || progress.step();
-            classify::Training::new(&lights, &materials, &plan, parallelism(threads), &done)
+            inference::Training::new(&lights, &materials, &plan, parallelism(threads), &done)
         })?
         .map_err(error)?;
         Ok(Self(Arc::new(training)))
@@ -406,7 +407,7 @@ impl Training {
                 "the training set names a material or a light that it does not have",
             ));
         }
-        Ok(Self(Arc::new(classify::Training {
+        Ok(Self(Arc::new(inference::Training {
             named: Dataset {
                 materials,
                 illuminations,
@@ -421,7 +422,7 @@ impl Training {
 
 /// A classifier that has learned.
 #[pyclass(frozen, module = "lobes")]
-pub(crate) struct Model(Arc<classify::Model>);
+pub(crate) struct Model(Arc<inference::Model>);
 
 #[pymethods]
 impl Model {
@@ -430,7 +431,7 @@ impl Model {
     fn new(py: Python<'_>, training: &Bound<'_, Training>, threads: bool) -> PyResult<Self> {
         let training = Arc::clone(&training.get().0);
         interrupt::run(py, move || {
-            classify::Model::learn(&training, parallelism(threads))
+            inference::Model::learn(&training, parallelism(threads))
         })?
         .map(|model| Self(Arc::new(model)))
         .map_err(error)

@@ -304,7 +304,7 @@ pub(crate) fn encode_png<'py>(
     }
     let mask = crate::classify::mask_of(mask, pixels.rows, pixels.columns)?;
     let bytes = interrupt::run(py, move || {
-        lobes::report::encode_png(pixels.columns, pixels.rows, exposure, |row, column| {
+        lobes::picture::encode_png(pixels.columns, pixels.rows, exposure, |row, column| {
             let index = row * pixels.columns + column;
             let seen = mask.as_ref().is_none_or(|mask| mask[index] >= 0.5);
             seen.then(|| pixels.values[index])

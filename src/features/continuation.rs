@@ -1,6 +1,6 @@
 //! What stands on the half of the sphere of normals that one image does not show.
 
-use crate::named::named;
+use crate::named;
 
 /// What stands on the half of the sphere of normals that one image does not show.
 ///

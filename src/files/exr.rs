@@ -74,9 +74,11 @@ thread_local! {
     static GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether a panic of this thread ends in [`decode`], so that nobody need hear of it.
-#[cfg(feature = "cli")]
-pub(crate) fn is_guarded() -> bool {
+/// Whether a panic of this thread is caught by the reader of OpenEXR, which makes an error of it.
+///
+/// A decompressor's panic on damaged data is told as [`Error::File`] or [`Error::Contents`]. The
+/// standard panic hook prints it all the same; a program's own hook asks here and keeps quiet.
+pub fn is_guarded() -> bool {
     GUARDED.get()
 }
 

@@ -18,8 +18,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(crate) use self::codes::{Coded, decode as decode_codes};
-#[cfg(feature = "cli")]
-pub(crate) use self::exr::is_guarded;
+pub use self::exr::is_guarded;
 pub use self::exr::{Precision, encode_exr, write_exr};
 pub use self::srgb::{linear_of_srgb, srgb_of_linear};
 

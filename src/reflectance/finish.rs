@@ -1,7 +1,7 @@
 //! The finish of a surface: what of a material does not depend on its colour.
 
 use super::material::Material;
-use crate::named::named;
+use crate::named;
 
 /// The finish of a surface: how it shines, whatever its colour.
 ///

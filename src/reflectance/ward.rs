@@ -9,7 +9,7 @@ use super::batch::Block;
 use super::horizon::{self, Horizon};
 use super::slope::{self, Gaussian, Node};
 use super::turn;
-use crate::named::named;
+use crate::named;
 use crate::{Error, Result};
 
 /// A direction whose cosine with the normal is not larger than this counts as below the horizon, where every lobe is 0.

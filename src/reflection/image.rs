@@ -96,7 +96,11 @@ impl SphereImage {
     }
 }
 
-pub(crate) fn check_size(size: usize) -> Result<()> {
+/// Checks the pixels a side of a picture of a sphere.
+///
+/// # Errors
+/// [`Error::Domain`] unless it is from 1 to 16 384.
+pub fn check_size(size: usize) -> Result<()> {
     if (1..=1 << 14).contains(&size) {
         Ok(())
     } else {

@@ -23,9 +23,7 @@ mod renderer;
 mod strip;
 
 pub use camera::{Camera, Sight};
-pub use image::SphereImage;
-#[cfg(feature = "cli")]
-pub(crate) use image::check_size;
+pub use image::{SphereImage, check_size};
 pub(crate) use operator::check_spectrum;
 pub use operator::{Operator, Viewpoint};
 pub use operator_table::{OperatorSet, OperatorTable};

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::named::named;
+use crate::named;
 use crate::{Error, Result};
 
 /// How a picture shows the whole sphere of directions.

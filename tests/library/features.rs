@@ -204,7 +204,7 @@ fn what_cannot_be_answered_is_refused() {
 #[test]
 fn features_do_not_notice_a_roll() {
     use lobes::Parallelism::Sequential;
-    use lobes::classify::MIRROR_PIXEL_SAMPLES;
+    use lobes::inference::MIRROR_PIXEL_SAMPLES;
     use lobes::reflectance::{Material, Variant};
     use lobes::reflection::{Renderer, Settings};
 

@@ -742,11 +742,11 @@ const ADOBE_D50: [[f64; 3]; 3] = [
 ];
 
 fn seen(bytes: &[u8]) -> [f64; 3] {
-    lobes::classify::Picture::of_bytes(bytes).unwrap().pixels()[0]
+    lobes::picture::Picture::of_bytes(bytes).unwrap().pixels()[0]
 }
 
 fn unseen(bytes: &[u8]) -> String {
-    let message = lobes::classify::Picture::of_bytes(bytes)
+    let message = lobes::picture::Picture::of_bytes(bytes)
         .unwrap_err()
         .to_string();
     assert!(
@@ -877,7 +877,7 @@ fn every_kind_of_png_is_read() {
     use png::ColorType::{Grayscale, GrayscaleAlpha, Indexed, Rgba};
     let linear = |code: f64| files::linear_of_srgb(code);
     let of = |colour, depth, width, codes: &[u8]| {
-        lobes::classify::Picture::of_bytes(&png_row(colour, depth, width, codes, &[], &[], None))
+        lobes::picture::Picture::of_bytes(&png_row(colour, depth, width, codes, &[], &[], None))
             .unwrap()
     };
     for (depth, byte, expected) in [
@@ -907,7 +907,7 @@ fn every_kind_of_png_is_read() {
         .unwrap();
     writer.finish().unwrap();
     assert!(bytes.len() < 4096 * 2048 / files::MOST_PIXELS_PER_BYTE);
-    let picture = lobes::classify::Picture::of_bytes(&bytes).unwrap();
+    let picture = lobes::picture::Picture::of_bytes(&bytes).unwrap();
     assert_eq!(
         (picture.width(), picture.pixels()[4096 * 2048 - 1]),
         (4096, [1.0; 3])
@@ -915,7 +915,7 @@ fn every_kind_of_png_is_read() {
     // Cut off, wherever.
     for end in (0..bytes.len()).step_by(37) {
         assert!(
-            lobes::classify::Picture::of_bytes(&bytes[..end]).is_err(),
+            lobes::picture::Picture::of_bytes(&bytes[..end]).is_err(),
             "{end}"
         );
     }
@@ -946,7 +946,7 @@ fn orientation_is_undone_wherever_it_stands() {
                 after,
                 None,
             );
-            let picture = lobes::classify::Picture::of_bytes(&bytes).unwrap();
+            let picture = lobes::picture::Picture::of_bytes(&bytes).unwrap();
             let size = if orientation > 4 { (1, 2) } else { (2, 1) };
             assert_eq!((picture.width(), picture.height()), size, "{orientation}");
             // TIFF 6: where the first row and the first column of what is stored are to be seen. Of a single row, red comes first where
@@ -978,7 +978,7 @@ fn jpeg(set: impl Fn(&mut image::codecs::jpeg::JpegEncoder<&mut Vec<u8>>)) -> Ve
 #[test]
 fn damaged_jpegs_are_refused() {
     let whole = jpeg(|_| ());
-    let decoded = |bytes: &[u8]| lobes::classify::Picture::of_bytes(bytes);
+    let decoded = |bytes: &[u8]| lobes::picture::Picture::of_bytes(bytes);
     assert!(decoded(&whole).is_ok());
     let scan = whole.windows(2).position(|w| w == [0xff, 0xda]).unwrap() + 14;
     for end in (0..whole.len()).step_by(53).chain([whole.len() - 1]) {
@@ -1045,7 +1045,7 @@ fn progressive_jpegs_are_read_whole_or_not_at_all() {
     let bytes: Vec<u8> = (0..PROGRESSIVE.len() / 2)
         .map(|i| u8::from_str_radix(&PROGRESSIVE[2 * i..2 * i + 2], 16).unwrap())
         .collect();
-    let picture = lobes::classify::Picture::of_bytes(&bytes).unwrap();
+    let picture = lobes::picture::Picture::of_bytes(&bytes).unwrap();
     for (row, column, expected) in [(3, 5, [67, 230, 89]), (17, 24, [190, 113, 225])] {
         let pixel = picture.pixels()[row * 28 + column];
         for (value, code) in pixel.into_iter().zip(expected) {
@@ -1059,7 +1059,7 @@ fn progressive_jpegs_are_read_whole_or_not_at_all() {
     assert!(scans.len() > 5);
     for end in 0..bytes.len() {
         assert!(
-            lobes::classify::Picture::of_bytes(&bytes[..end]).is_err(),
+            lobes::picture::Picture::of_bytes(&bytes[..end]).is_err(),
             "{end}"
         );
     }
@@ -1070,10 +1070,7 @@ fn progressive_jpegs_are_read_whole_or_not_at_all() {
             .find(|i| bytes[*i] == 0xff && bytes[*i + 1] != 0)
             .unwrap_or(pair[1]);
         cut.drain(next - 2..next);
-        assert!(
-            lobes::classify::Picture::of_bytes(&cut).is_err(),
-            "{pair:?}"
-        );
+        assert!(lobes::picture::Picture::of_bytes(&cut).is_err(), "{pair:?}");
     }
 }
 

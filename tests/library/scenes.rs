@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use lobes::classify::{Circle, Picture};
 use lobes::glam::DVec3;
 use lobes::illumination::{EnvironmentMap, Luminance};
+use lobes::picture::{Circle, Picture};
 use lobes::reflectance::{Material, Variant};
 use lobes::reflection::{Camera, Renderer, Settings, SphereImage};
 use lobes::{Parallelism, Result};

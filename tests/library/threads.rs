@@ -1,14 +1,15 @@
 //! One, two and eight threads give the same bytes.
 
 use lobes::Parallelism;
-use lobes::classify::{
-    BrightLights, Harness, Method, Model, Picture, Plan, Protocol, RandomReflectances,
-    ReflectanceGrid, Training, TrainingPlan, natural_spectrum,
-};
 use lobes::features::{Modes, RingLayout};
 use lobes::glam::{DQuat, DVec3};
 use lobes::harmonics::{Basis, Coefficients, Rotation, Transform};
 use lobes::illumination::{EnvironmentMap, LightSpectrum};
+use lobes::inference::{
+    BrightLights, Model, Plan, RandomReflectances, ReflectanceGrid, Training, TrainingPlan,
+    natural_spectrum,
+};
+use lobes::picture::Picture;
 use lobes::reflectance::{Variant, presets};
 use lobes::reflection::{Camera, Operator, Renderer, Settings, Viewpoint};
 use lobes::sphere::Grid;
@@ -206,38 +207,5 @@ fn learning_and_reading() {
         values.push(verdict.none);
         values.extend(verdict.posterior.probabilities());
         values
-    });
-}
-
-#[test]
-fn classifiers() {
-    let lights = [light(16, 11), light(16, 12), light(16, 13)];
-    let materials: Vec<_> = presets().into_iter().step_by(2).collect();
-    let plan = Plan {
-        lobe: Variant::RadianceSampled,
-        settings: Settings {
-            size: 24,
-            tolerance: 0.1,
-            ..Settings::default()
-        },
-        turns: 2,
-    };
-    check("every classifier's scores", |threads| {
-        let done = || ();
-        let mut harness = Harness::new(
-            Protocol::Paper,
-            &lights,
-            &materials,
-            &plan,
-            1,
-            threads,
-            &done,
-        )
-        .unwrap();
-        harness
-            .prepare(&Method::ALL, &lights, &plan, threads)
-            .unwrap();
-        let of = |method| harness.evaluate(method, threads).unwrap().scores.concat();
-        Method::ALL.into_iter().flat_map(of).collect()
     });
 }

@@ -1,0 +1,483 @@
+//! The command line as it is read.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use lobes::features::Continuation;
+use lobes::illumination::builtin_names;
+use lobes::picture::Circle;
+use lobes::reflectance::Variant;
+use lobes::sphere::Mapping;
+use lobes_experiments::{Method, Protocol};
+
+/// Reflectance in the frequency domain: what a surface is, from what it does to natural light.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100, after_help = AFTER)]
+pub(super) struct Arguments {
+    /// How many threads to use [default: one a core].
+    #[arg(long, short, global = true, value_name = "N", value_parser = up_to_1024)]
+    pub(super) jobs: Option<NonZeroUsize>,
+    /// Say the answer and what is wrong, and nothing else.
+    #[arg(long, short, global = true)]
+    pub(super) quiet: bool,
+    /// Give the answer as JSON, an object a line, instead of tables and sentences.
+    #[arg(long, global = true)]
+    pub(super) json: bool,
+    #[command(subcommand)]
+    pub(super) verb: Verb,
+}
+
+/// A count that memory and time are set aside for, so that a slip of the finger does not take the machine.
+fn up_to_1024(text: &str) -> Result<NonZeroUsize, String> {
+    match text.parse::<NonZeroUsize>() {
+        Ok(count) if count.get() <= 1024 => Ok(count),
+        _ => Err("give a whole number from 1 to 1024".into()),
+    }
+}
+
+const AFTER: &str = "\
+Examples:
+  lobes reproduce
+  lobes classify photo.jpg
+  lobes spectrum --json sky.hdr
+  lobes render --light blender-city
+
+Exit codes:
+  0    done
+  1    something that was given or met is wrong; one sentence on standard error says what
+  2    the command line cannot be read
+  130  stopped by Ctrl-C, or asked to end; nothing is left half-written
+
+Answers go to standard output, everything else to standard error. Progress is shown on a terminal only. The environment \
+variable NO_COLOR takes colour away.";
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Verb {
+    /// The paper's figures and accuracy table, as a page, from maps of real light.
+    Reproduce(Reproduce),
+    /// The material, and the reflectance, of the sphere in each picture.
+    Classify(Classify),
+    /// Power spectra of light: the k / l^(2+η) fit, whiteness, and what clipping does.
+    Spectrum(Spectrum),
+    /// Spheres of one or all materials under a map, as PNG and EXR.
+    Render(Render),
+    /// Ward's parameters of a measured surface, by least squares.
+    Fit(Fit),
+    /// The names of the built-in lights, the preset materials, or the lobes.
+    List(List),
+    /// The accuracy contracts, measured: the contents of ACCURACY.md.
+    Accuracy(Accuracy),
+    /// What a shell needs to complete the command's arguments.
+    Completions(Completions),
+    /// The manual page of the command, or of a verb.
+    Man(Man),
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes list lights
+  lobes list materials --materials paints.toml
+  lobes list lobes --json")]
+pub(super) struct List {
+    /// What is listed.
+    #[arg(value_enum)]
+    pub(super) what: Listed,
+    #[command(flatten)]
+    pub(super) materials: Materials,
+}
+
+/// What `list` lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Listed {
+    /// The built-in maps, for --light.
+    Lights,
+    /// The preset materials, or those of --materials, for --material.
+    Materials,
+    /// Ward's lobes, for --lobe.
+    Lobes,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes completions bash > ~/.local/share/bash-completion/completions/lobes
+  lobes completions zsh > ~/.zfunc/_lobes
+  lobes completions fish > ~/.config/fish/completions/lobes.fish")]
+pub(super) struct Completions {
+    /// The shell.
+    pub(super) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes man > lobes.1
+  lobes man render > lobes-render.1")]
+pub(super) struct Man {
+    /// The verb; without it, the page of the command.
+    pub(super) verb: Option<String>,
+}
+
+/// Where light comes from.
+#[derive(Debug, Args)]
+pub(super) struct Lights {
+    /// A folder of environment maps (.hdr, .exr, .pfm) instead of the built-in ones.
+    #[arg(long, value_name = "DIR")]
+    pub(super) illuminations: Option<PathBuf>,
+    /// How the maps' pixels lie on the sphere, where their shape does not tell.
+    #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
+    pub(super) mapping: Option<Mapping>,
+    /// A TOML file that says which maps are of one place and so are left out together; see docs/groups.md.
+    #[arg(long, value_name = "FILE")]
+    pub(super) groups: Option<PathBuf>,
+}
+
+/// The specular lobe.
+#[derive(Debug, Args)]
+pub(super) struct Lobe {
+    /// The specular lobe, one of Ward's four (`lobes list lobes`).
+    #[arg(id = "lobe", long = "lobe", value_name = "NAME", default_value_t, value_parser = one_of(Variant::ALL, Variant::name))]
+    pub(super) name: Variant,
+}
+
+/// What spheres are made of.
+#[derive(Debug, Args)]
+pub(super) struct Materials {
+    /// A TOML file of materials instead of the eight presets; see docs/materials.md.
+    #[arg(long, value_name = "FILE")]
+    pub(super) materials: Option<PathBuf>,
+    /// Read the presets' numbers as albedos ρ_d and ρ_s, not as Radiance's arguments.
+    #[arg(long, conflicts_with = "materials")]
+    pub(super) as_albedos: bool,
+    /// Only the material of this name; may be repeated.
+    #[arg(long = "material", value_name = "NAME", value_parser = Suggested(material_names), hide_possible_values = true)]
+    pub(super) only: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes reproduce
+  lobes reproduce --illuminations probes --mapping angular-map --out report-of-probes
+  lobes reproduce --protocol blind --classifier paper --classifier combined
+  lobes reproduce --materials data/materials/other-first.toml --lobe ward1992")]
+pub(super) struct Reproduce {
+    #[command(flatten)]
+    pub(super) lights: Lights,
+    #[command(flatten)]
+    pub(super) materials: Materials,
+    /// The specular lobe, one of Ward's four (`lobes list lobes`); may be repeated.
+    #[arg(long = "lobe", value_name = "NAME", default_value = Variant::default().name(), value_parser = one_of(Variant::ALL, Variant::name))]
+    pub(super) lobes: Vec<Variant>,
+    /// Which pictures every classifier is tried on; may be repeated. `files` is what classify makes of pictures in files. It takes
+    /// minutes; without it there is the paper's own table only, which takes seconds.
+    #[arg(long = "protocol", value_name = "NAME", value_parser = protocols())]
+    pub(super) protocols: Vec<Protocols>,
+    /// Which classifiers are tried under --protocol; may be repeated [default: all].
+    #[arg(long = "classifier", value_name = "NAME", value_parser = one_of(Method::ALL, Method::name))]
+    pub(super) classifiers: Vec<Method>,
+    /// From how many directions about the vertical the spheres to learn from are seen; the paper's features learn from one.
+    #[arg(long, value_name = "N", default_value = "8", value_parser = up_to_1024)]
+    pub(super) turns: NonZeroUsize,
+    /// The seed of the sensor's noise and of the random reflectances.
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Write the table of protocols and classifiers into a Markdown file, between its two marks, and the calibration beside it.
+    #[arg(long, value_name = "FILE")]
+    pub(super) write: Option<PathBuf>,
+    /// What stands behind the sphere in the page's figures: mirror, half-turn or zero.
+    #[arg(long, value_name = "NAME", default_value_t = Continuation::Mirror)]
+    pub(super) continuation: Continuation,
+    /// Pixels along an image's side.
+    #[arg(long, value_name = "PIXELS", default_value_t = 128)]
+    pub(super) size: usize,
+    /// Where the page and its files go.
+    #[arg(long, value_name = "DIR", default_value = "report")]
+    pub(super) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes spectrum
+  lobes spectrum sky.hdr probe.exr --degree 64 --plot sky.svg
+  lobes spectrum --mapping angular-map grace_probe.hdr
+  lobes spectrum --json sky.hdr > sky.json")]
+pub(super) struct Spectrum {
+    /// Environment maps (.hdr, .exr, .pfm), or - for standard input; without any, the built-in ones.
+    pub(super) files: Vec<PathBuf>,
+    /// How the maps' pixels lie on the sphere, where their shape does not tell.
+    #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
+    pub(super) mapping: Option<Mapping>,
+    /// The largest degree, where the map carries it [default: 128].
+    #[arg(long, value_name = "L")]
+    pub(super) degree: Option<usize>,
+    /// Plot the spectra into this file, as SVG.
+    #[arg(long, value_name = "FILE", value_parser = svg)]
+    pub(super) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes render --light blender-city
+  lobes render --light sky.hdr --material \"old gold\" --size 512 --out gold
+  lobes render --light blender-city --elevation 45 --distance 4
+  lobes render --set spheres.toml --out spheres")]
+pub(super) struct Render {
+    #[command(flatten)]
+    pub(super) materials: Materials,
+    /// The light: the name of a built-in map (`lobes list lights`), a file, or - for standard input.
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        value_parser = Suggested(light_names),
+        hide_possible_values = true,
+        required_unless_present = "set",
+        conflicts_with = "set"
+    )]
+    pub(super) light: Option<String>,
+    /// Render every material under every light from every camera that a TOML file names; see docs/training-sets.md.
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = [
+            "materials", "as_albedos", "mapping", "only", "lobe", "size", "tolerance", "elevation", "azimuth", "distance"
+        ]
+    )]
+    pub(super) set: Option<PathBuf>,
+    /// How the light's pixels lie on the sphere, where the shape does not tell.
+    #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
+    pub(super) mapping: Option<Mapping>,
+    #[command(flatten)]
+    pub(super) lobe: Lobe,
+    /// Pixels along the image's side.
+    #[arg(long, value_name = "PIXELS", default_value_t = 128)]
+    pub(super) size: usize,
+    /// The relative error to stay under.
+    #[arg(
+        long,
+        value_name = "ERROR",
+        default_value_t = 1e-3,
+        allow_negative_numbers = true
+    )]
+    pub(super) tolerance: f64,
+    /// The camera's height above the horizon, in degrees.
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub(super) elevation: f64,
+    /// The camera's azimuth: 0 looks along −z, and it grows to the left.
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub(super) azimuth: f64,
+    /// A perspective camera at this many radii from the centre, instead of an orthographic one.
+    #[arg(long, value_name = "RADII", allow_negative_numbers = true)]
+    pub(super) distance: Option<f64>,
+    /// Where the images go.
+    #[arg(long, value_name = "DIR", default_value = "spheres")]
+    pub(super) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes accuracy > ACCURACY.md
+  lobes accuracy --json --snapshots oracles/snapshots")]
+pub(super) struct Accuracy {
+    /// The folder of the oracles' snapshots; by default oracles/snapshots of the repository that
+    /// holds the current folder.
+    #[arg(long, value_name = "DIR")]
+    pub(super) snapshots: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes fit gold-metallic-paint.binary
+  lobes fit measured.csv --lobe ward1992 --anisotropic --plot measured.svg
+  lobes fit measured.csv --json")]
+pub(super) struct Fit {
+    /// A MERL file (.binary), or a CSV of theta_i, phi_i, theta_o, phi_o in degrees and value in 1/sr; - for standard input.
+    pub(super) file: PathBuf,
+    #[command(flatten)]
+    pub(super) lobe: Lobe,
+    /// Fit a width along each tangent.
+    #[arg(long)]
+    pub(super) anisotropic: bool,
+    /// Plot the residuals into this file, as SVG.
+    #[arg(long, value_name = "FILE", value_parser = svg)]
+    pub(super) plot: Option<PathBuf>,
+}
+
+/// What `--protocol` names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Protocols {
+    All,
+    One(Protocol),
+    /// `lobes classify` itself, through files.
+    Files,
+}
+
+fn protocols() -> impl TypedValueParser<Value = Protocols> {
+    let names = Protocol::ALL.map(Protocol::name).into_iter();
+    PossibleValuesParser::new(names.chain(["files", "all"])).try_map(|name| match name.as_str() {
+        "all" => Ok(Protocols::All),
+        "files" => Ok(Protocols::Files),
+        name => name.parse().map(Protocols::One),
+    })
+}
+
+/// One of the values of an enum, by its name: the names are listed, completed, and told where there is no such name.
+fn one_of<T, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T>
+where
+    T: std::str::FromStr<Err = lobes::Error> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(all.map(name)).try_map(|name| name.parse::<T>())
+}
+
+/// Any word, with names that a shell completes it to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Suggested(fn() -> Vec<String>);
+
+impl TypedValueParser for Suggested {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &std::ffi::OsStr,
+    ) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new((self.0)().into_iter().map(PossibleValue::new)))
+    }
+}
+
+fn material_names() -> Vec<String> {
+    let presets = lobes::reflectance::presets();
+    presets
+        .iter()
+        .map(|material| material.name().to_owned())
+        .collect()
+}
+
+fn light_names() -> Vec<String> {
+    builtin_names().map(str::to_owned).collect()
+}
+
+/// The plot's place: a name that ends in .svg, or a device or a pipe, which has no say in the format.
+fn svg(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let ending = path
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
+    if ending == "svg"
+        || std::fs::metadata(&path).is_ok_and(|data| !data.is_file() && !data.is_dir())
+    {
+        Ok(path)
+    } else {
+        Err("plots are SVG; give a name that ends in .svg".into())
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes classify photo.jpg
+  lobes classify photo.jpg --circle 812,604,390
+  lobes classify pictures --json > answers.jsonl
+  lobes classify pictures --report --out pages
+
+The keys of --json, an object a picture:
+  file           the picture; with error, in place of all else, where it could not be read
+  material       the likeliest material, or null where none of these is likelier
+  probabilities  the probability of each material; with none they add up to 1
+  none           the probability that it is none of these
+  sigma, share   the roughness and the specular share ρs / (ρs + ρd), whatever the name: the median, and the low and high end of
+                 the interval that holds the truth with a probability of 90 %
+  mode           the likeliest pair of the two
+  circle         where the sphere is: x, y and radius in pixels
+  found          whether it was found in the picture, not given by --circle or by a mask
+  others         circles that may be spheres too
+  saturated      the share of the sphere's pixels that are saturated
+  grey           whether it has no colour, and was judged without
+  distance       how far the camera is, in radii of the sphere, or null where that is not known")]
+pub(super) struct Classify {
+    /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG or JPEG; a folder stands for the pictures in it, and - for standard input.
+    #[arg(required = true, value_name = "IMAGE")]
+    pub(super) images: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) materials: Materials,
+    #[command(flatten)]
+    pub(super) lights: Lights,
+    /// Where the sphere is, in pixels from the left and the top, and its radius; without it the mask (alpha) tells, or it is found.
+    #[arg(long, value_name = "X,Y,R", allow_hyphen_values = true)]
+    pub(super) circle: Option<Circle>,
+    /// Draw each posterior, as a page.
+    #[arg(long)]
+    pub(super) report: bool,
+    /// Where the page goes, and the overlays that show where a sphere was found.
+    #[arg(long, value_name = "DIR", default_value = "classified")]
+    pub(super) out: PathBuf,
+    #[command(flatten)]
+    pub(super) lobe: Lobe,
+    /// By how many cameras all round, level and tilted, far and near, the spheres to learn from are seen.
+    #[arg(long, value_name = "N", default_value = "16", value_parser = up_to_1024)]
+    pub(super) turns: NonZeroUsize,
+    /// Learn anew, without the features that an earlier run kept.
+    #[arg(long)]
+    pub(super) fresh: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// Every verb's help ends with examples, and the command line reads every one.
+    #[test]
+    fn examples_are_read() {
+        let command = Arguments::command();
+        command.clone().debug_assert();
+        for verb in command.get_subcommands() {
+            let help = verb.clone().render_help().to_string();
+            let examples: Vec<&str> = help
+                .lines()
+                .filter_map(|line| line.strip_prefix("  lobes "))
+                .collect();
+            assert!(examples.len() >= 2, "{}: {help}", verb.get_name());
+            for example in examples {
+                let words = example.split(" > ").next().unwrap_or_default();
+                // One quoted word at most.
+                let mut parts = words.split('"');
+                let mut line: Vec<&str> = vec!["lobes"];
+                line.extend(parts.next().unwrap_or_default().split_whitespace());
+                line.extend(parts.next());
+                line.extend(parts.next().unwrap_or_default().split_whitespace());
+                let read = Arguments::try_parse_from(&line);
+                assert!(read.is_ok(), "{line:?}: {:?}", read.err());
+            }
+        }
+    }
+}

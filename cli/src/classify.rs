@@ -1,0 +1,522 @@
+//! `lobes classify`: the material, and the reflectance, of the sphere in a picture.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use crate::arguments::Classify;
+use crate::output::OutputFolder;
+use crate::report::{Figure, Image, Inline, Page, posterior_map};
+use crate::{console, input, lights, materials, progress, training};
+use lobes::illumination::Luminance;
+use lobes::inference::{Model, SphereFeatures, Verdict};
+use lobes::picture::{Circle, Picture, Sphere as Cut};
+use lobes::picture::{encode_png, encode_spheres};
+use lobes::reflectance::Material;
+use lobes::{Error, Parallelism, Result};
+
+/// A sphere as it was read.
+struct Sphere {
+    circle: Circle,
+    found: bool,
+    /// What else in the picture may be a sphere.
+    others: Vec<Circle>,
+    saturated: f64,
+    distance: Option<f64>,
+    features: SphereFeatures,
+    /// A PNG of it, for the page.
+    picture: Option<Vec<u8>>,
+    /// A PNG that shows where it was found, and its width and height.
+    overlay: Option<(Vec<u8>, (usize, usize))>,
+}
+
+/// So many pictures are read, judged and told at a time: what is kept of them does not grow with how many there are.
+const AT_A_TIME: usize = 128;
+
+pub(super) fn run(options: &Classify) -> Result<()> {
+    let paths = expand(&options.images)?;
+    let materials = materials::load(&options.materials)?;
+    let mut pages = Pages::new(options)?;
+    let mut learned = None;
+    let alone = paths.len() == 1;
+    let (mut failed, mut problem) = (0, None);
+    // Of each material, and of none of them.
+    let mut counts = vec![0; materials.len() + 1];
+    let bar = progress::bar(paths.len(), "pictures");
+    for (turn, paths) in paths.chunks(AT_A_TIME).enumerate() {
+        let spheres = Parallelism::Rayon.map(paths.len(), |i| {
+            let sphere = read(&paths[i], options);
+            bar.inc(1);
+            sphere
+        });
+        // Learning takes a while: not where there is nothing to judge.
+        if learned.is_none() && spheres.iter().any(Result::is_ok) {
+            learned = Some(bar.suspend(|| learn(options, &materials))?);
+        }
+        let verdicts = Parallelism::Rayon.map(paths.len(), |i| match (&spheres[i], &learned) {
+            (Ok(sphere), Some(model)) => model.verdict(&sphere.features),
+            (Ok(_), None) => Err(Error::Unanswerable("nothing was learned".into())),
+            (Err(error), _) => Err(error.clone()),
+        });
+        for (i, (path, (sphere, verdict))) in
+            paths.iter().zip(spheres.iter().zip(&verdicts)).enumerate()
+        {
+            let read = match (sphere, verdict) {
+                (Ok(sphere), Ok(verdict)) => Ok((sphere, verdict)),
+                (Err(error), _) | (_, Err(error)) => Err(error),
+            };
+            if let Err(error) = read {
+                failed += 1;
+                problem = Some(of_file(path, error));
+            }
+            if let Ok((_, verdict)) = read {
+                counts[verdict.material().unwrap_or(materials.len())] += 1;
+            }
+            bar.suspend(|| tell(path, &read, &materials, alone))?;
+            pages.add(AT_A_TIME * turn + i + 1, path, &read, &materials)?;
+        }
+    }
+    bar.finish_and_clear();
+    let summary = summary(&counts, failed, &materials);
+    if !alone {
+        console::answer(&summary);
+    }
+    pages.finish(&summary)?;
+    match problem {
+        None => Ok(()),
+        Some(problem) if alone => Err(Error::Unanswerable(problem)),
+        Some(_) => Err(Error::Unanswerable(format!(
+            "{failed} of {} pictures were not classified",
+            paths.len()
+        ))),
+    }
+}
+
+fn learn(options: &Classify, materials: &[Material]) -> Result<Model> {
+    let (maps, scenes) = lights::load(&options.lights)?;
+    let (lobe, turns) = (options.lobe.name, options.turns.get());
+    let mut training = training::load(&maps, materials, lobe, turns, options.fresh)?;
+    training.named.scenes = scenes;
+    Model::learn(&training, Parallelism::Rayon)
+}
+
+/// What was read of a picture, or why nothing was.
+type Read<'a> = std::result::Result<(&'a Sphere, &'a Verdict), &'a Error>;
+
+/// Says what a picture shows, or what is wrong with it: of one that is alone the command itself says that.
+fn tell(path: &Path, read: &Read, learned: &[Material], alone: bool) -> Result<()> {
+    match read {
+        Ok((sphere, verdict)) => {
+            console::json(&line_of_json(path, sphere, verdict, learned))?;
+            let sentence = sentence(sphere, verdict, learned);
+            console::answer(format!("{}: {sentence}", input::name(path)));
+        }
+        Err(error) => {
+            console::json(&json!({ "file": input::name(path), "error": of_file(path, error) }))?;
+            if !console::is_json() && !alone {
+                console::complain(format!("lobes: {}", of_file(path, error)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The error with the file that it is about.
+fn of_file(path: &Path, error: &Error) -> String {
+    input::error_of(path, error.clone()).to_string()
+}
+
+/// The files, folders replaced by the pictures in them.
+fn expand(images: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "exr", "hdr", "pic", "pfm"];
+    let mut paths = Vec::new();
+    for image in images {
+        if !image.is_dir() {
+            paths.push(image.clone());
+            continue;
+        }
+        let unreadable = |error: std::io::Error| {
+            Error::file(
+                image,
+                format!("the folder cannot be read ({error})"),
+                "name another",
+            )
+        };
+        let mut of_folder = Vec::new();
+        for entry in std::fs::read_dir(image).map_err(unreadable)? {
+            let path = entry.map_err(unreadable)?.path();
+            let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+            if ending.is_some_and(|e| ENDINGS.contains(&e.as_str())) {
+                of_folder.push(path);
+            }
+        }
+        if of_folder.is_empty() {
+            return Err(Error::file(
+                image,
+                "the folder holds no picture",
+                format!(
+                    "put some there, {}",
+                    ENDINGS.map(|e| format!(".{e}")).join(" ")
+                ),
+            ));
+        }
+        of_folder.sort();
+        paths.extend(of_folder);
+    }
+    Ok(paths)
+}
+
+fn read(path: &Path, options: &Classify) -> Result<Sphere> {
+    let photo = if input::is_standard(path) {
+        Picture::of_bytes(&input::bytes()?)?
+    } else {
+        Picture::read(path)?
+    };
+    let (circle, others) = match options.circle {
+        Some(circle) => (circle, Vec::new()),
+        None => photo.circles()?,
+    };
+    let found = options.circle.is_none() && !photo.has_mask();
+    let sphere = photo.sphere(circle)?;
+    let image = &sphere.image;
+    let exposure = 0.25 / Luminance::Rec709.of(image.mean());
+    Ok(Sphere {
+        circle,
+        found,
+        others,
+        saturated: sphere.saturated,
+        distance: image.camera().distance(),
+        features: SphereFeatures::of(&sphere)?,
+        picture: if options.report {
+            Some(encode_spheres(&[image], 1, 0, exposure)?)
+        } else {
+            None
+        },
+        overlay: if found {
+            Some(overlay(&photo, circle, exposure)?)
+        } else {
+            None
+        },
+    })
+}
+
+/// The picture, no larger than 1024 pixels, with the circle on it.
+fn overlay(photo: &Picture, circle: Circle, exposure: f64) -> Result<(Vec<u8>, (usize, usize))> {
+    let scale = photo.width().max(photo.height()).div_ceil(1024);
+    let line = 1.5f64.max(0.01 * circle.radius / scale as f64) * scale as f64;
+    let (width, height) = (photo.width() / scale, photo.height() / scale);
+    let png = encode_png(width, height, exposure, |row, column| {
+        let (y, x) = (row * scale, column * scale);
+        let off = (x as f64 + 0.5 - circle.x).hypot(y as f64 + 0.5 - circle.y);
+        if (off - circle.radius).abs() < line {
+            // Magenta at full strength whatever the exposure.
+            return Some([1.0, 0.0, 1.0].map(|value| value / exposure));
+        }
+        Some(photo.pixels()[y * photo.width() + x])
+    })?;
+    Ok((png, (width, height)))
+}
+
+/// How many pictures show what.
+fn summary(counts: &[usize], failed: usize, materials: &[Material]) -> String {
+    let names = materials
+        .iter()
+        .map(Material::name)
+        .chain(["none of these"]);
+    let mut most: Vec<(usize, &str)> = counts.iter().copied().zip(names).collect();
+    most.retain(|(count, _)| *count > 0);
+    most.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+    let mut parts: Vec<String> = most.iter().map(|(n, name)| format!("{n} {name}")).collect();
+    if failed > 0 {
+        parts.push(format!("{failed} not read"));
+    }
+    let total = counts.iter().sum::<usize>() + failed;
+    format!("{total} pictures: {}", parts.join(", "))
+}
+
+/// Whether the pictures of two materials differ by their exposure only: one finish, and albedos that are the same multiple of the other's.
+fn same_but_for_exposure(a: &Material, b: &Material) -> bool {
+    let albedos = |m: &Material| -> Vec<f64> { [m.diffuse(), m.specular()].concat() };
+    let (p, q) = (albedos(a), albedos(b));
+    let (sum_p, sum_q) = (p.iter().sum::<f64>(), q.iter().sum::<f64>());
+    let mut pairs = p.iter().zip(&q);
+    pairs.all(|(x, y)| (x * sum_q - y * sum_p).abs() <= 1e-9 * sum_p * sum_q)
+        && (a.is_matte() || a.roughness() == b.roughness())
+}
+
+/// Low end, median and high end of a 90 % interval.
+fn interval(quantile: impl Fn(f64) -> f64) -> [f64; 3] {
+    [0.05, 0.5, 0.95].map(quantile)
+}
+
+fn sentence(sphere: &Sphere, verdict: &Verdict, materials: &[Material]) -> String {
+    let mut order: Vec<usize> = (0..materials.len()).collect();
+    order.sort_by(|&a, &b| verdict.probabilities[b].total_cmp(&verdict.probabilities[a]));
+    let mut answers: Vec<(f64, &str)> = order
+        .iter()
+        .take(3)
+        .map(|&i| (verdict.probabilities[i], materials[i].name()))
+        .collect();
+    answers.push((verdict.none, "none of these"));
+    answers.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let answers: Vec<String> = answers
+        .iter()
+        .enumerate()
+        .filter(|(place, (p, _))| *place == 0 || *p >= 0.01)
+        .map(|(_, (p, name))| format!("{name} {p:.2}"))
+        .collect();
+    let [low, middle, high] = interval(|level| verdict.posterior.sigma_quantile(level));
+    let [share_low, share, share_high] = interval(|level| verdict.posterior.share_quantile(level));
+    let mut text = format!(
+        "{}; σ {middle:.3} (90 %: {low:.3} – {high:.3}), specular share {share:.2} (90 %: {share_low:.2} – {share_high:.2})",
+        answers.join(", ")
+    );
+    if let [first, second, ..] = order[..]
+        && verdict.probabilities[second] >= 0.01
+        && same_but_for_exposure(&materials[first], &materials[second])
+    {
+        text.push_str(&format!(
+            "; {} and {} cannot be told apart without a reference in the picture, for they differ in brightness only",
+            materials[first].name(),
+            materials[second].name()
+        ));
+    }
+    if sphere.features.is_grey() {
+        text.push_str("; a grey picture, judged without colour");
+    }
+    if sphere.saturated > 0.0 {
+        text.push_str(&format!("; {:.1} % saturated", 100.0 * sphere.saturated));
+    }
+    if sphere.found {
+        let Circle { x, y, radius } = sphere.circle;
+        text.push_str(&format!("; sphere found at {x:.1},{y:.1},{radius:.1}"));
+    }
+    if !sphere.others.is_empty() {
+        let others = sphere.others.iter();
+        let circles: Vec<String> = others
+            .map(|c| format!("{:.1},{:.1},{:.1}", c.x, c.y, c.radius))
+            .collect();
+        text.push_str(&format!(
+            "; more in the picture looks like a sphere, which --circle chooses: {}",
+            circles.join(" and ")
+        ));
+    }
+    text
+}
+
+fn line_of_json(
+    path: &Path,
+    sphere: &Sphere,
+    verdict: &Verdict,
+    materials: &[Material],
+) -> serde_json::Value {
+    let probabilities: serde_json::Map<String, serde_json::Value> = materials
+        .iter()
+        .zip(&verdict.probabilities)
+        .map(|(material, p)| (material.name().to_owned(), json!(p)))
+        .collect();
+    let numbers =
+        |[low, median, high]: [f64; 3]| json!({ "low": low, "median": median, "high": high });
+    let (share, sigma) = verdict.posterior.mode();
+    let circle = |circle: &Circle| json!([circle.x, circle.y, circle.radius]);
+    json!({
+        "file": input::name(path),
+        "material": verdict.material().map(|i| materials[i].name()),
+        "probabilities": probabilities,
+        "none": verdict.none,
+        "sigma": numbers(interval(|level| verdict.posterior.sigma_quantile(level))),
+        "share": numbers(interval(|level| verdict.posterior.share_quantile(level))),
+        "mode": { "share": share, "sigma": sigma },
+        "circle": circle(&sphere.circle),
+        "others": sphere.others.iter().map(circle).collect::<Vec<_>>(),
+        "found": sphere.found,
+        "saturated": sphere.saturated,
+        "grey": sphere.features.is_grey(),
+        "distance": sphere.distance,
+    })
+}
+
+/// The overlays, and the page where it is asked for.
+struct Pages<'a> {
+    options: &'a Classify,
+    /// Opened when there is something to write.
+    output: Option<OutputFolder>,
+    page: Page,
+    /// A line for each picture, with the class of its row.
+    summary: Vec<(&'static str, Vec<String>)>,
+}
+
+impl<'a> Pages<'a> {
+    fn new(options: &'a Classify) -> Result<Self> {
+        let mut pages = Self {
+            options,
+            output: None,
+            page: Page::new(
+                "Materials read off pictures",
+                &[
+                    Inline::Text(
+                        "For each picture the sphere that was read, the probability of each material, and the posterior of the specular \
+                         share ρ_s / (ρ_s + ρ_d) and the roughness σ, with the interval that holds 90 % of it. A learned model, which ",
+                    ),
+                    Inline::Code("docs/inference.md"),
+                    Inline::Text(" in the repository explains."),
+                ],
+            ),
+            summary: Vec::new(),
+        };
+        if options.report {
+            pages.output()?;
+        }
+        Ok(pages)
+    }
+
+    fn output(&mut self) -> Result<&mut OutputFolder> {
+        match &mut self.output {
+            Some(output) => Ok(output),
+            none => Ok(none.insert(OutputFolder::open(&self.options.out)?)),
+        }
+    }
+
+    /// What is shown of the `number`th picture.
+    fn add(
+        &mut self,
+        number: usize,
+        path: &Path,
+        read: &Read,
+        materials: &[Material],
+    ) -> Result<()> {
+        let name = if input::is_standard(path) {
+            input::NAME.into()
+        } else {
+            path.file_name().unwrap_or_default().to_string_lossy()
+        };
+        let (sphere, verdict) = match read {
+            Ok(read) => read,
+            Err(error) => {
+                if self.options.report {
+                    self.page.heading(&name);
+                    self.page.paragraph(&error.to_string());
+                    let cells = [&name, "not classified", "–", "–", "–"];
+                    self.summary
+                        .push(("quoted", cells.map(str::to_owned).to_vec()));
+                }
+                return Ok(());
+            }
+        };
+        let stem = format!("{number:04}-{}", super::slug(&name));
+        let Circle { x, y, radius } = sphere.circle;
+        let mut pictures = Vec::new();
+        if let Some((overlay, size)) = &sphere.overlay {
+            let path = format!("{stem}-found.png");
+            self.output()?.add(path.clone(), overlay)?;
+            pictures.push(Figure {
+                images: vec![Image {
+                    path,
+                    seen: format!(
+                        "The picture {name} with a magenta circle about {x:.0}, {y:.0} of radius {radius:.0} pixels"
+                    ),
+                    size: *size,
+                }],
+                caption: vec!["Where the sphere was found".into()],
+            });
+        }
+        let said = verdict
+            .material()
+            .map_or("none of these", |i| materials[i].name());
+        if let Some(picture) = &sphere.picture {
+            let path = format!("{stem}.png");
+            self.output()?.add(path.clone(), picture)?;
+            pictures.push(Figure {
+                images: vec![Image {
+                    path,
+                    seen: format!("The sphere of {name} by itself, called {said}"),
+                    size: (Cut::SIZE, Cut::SIZE),
+                }],
+                caption: vec!["The sphere as it was read".into()],
+            });
+        }
+        if !self.options.report {
+            return Ok(());
+        }
+        self.page.heading(&name);
+        self.page.paragraph(&sentence(sphere, verdict, materials));
+        self.page.grid(220, &pictures);
+        let path = format!("{stem}-posterior.svg");
+        let map = posterior_map(&verdict.posterior);
+        self.output()?.add(path.clone(), &map)?;
+        let (share, sigma) = verdict.posterior.mode();
+        self.page.drawing(
+            &map,
+            &format!(
+                "A map of the posterior, darkest at a specular share of {share:.2} and σ {sigma:.3}"
+            ),
+            &[
+                Inline::Text("The posterior: the darker the likelier, with a cross at its mode. "),
+                Inline::Link("As a file", &path),
+            ],
+        );
+        let mut rows: Vec<(f64, &str)> = materials
+            .iter()
+            .zip(&verdict.probabilities)
+            .map(|(material, &p)| (p, material.name()))
+            .collect();
+        rows.push((verdict.none, "none of these"));
+        rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let likeliest = rows[0].0;
+        let cells = |[low, middle, high]: [f64; 3], decimals: usize| {
+            format!("{middle:.decimals$} ({low:.decimals$} – {high:.decimals$})")
+        };
+        self.summary.push((
+            "",
+            vec![
+                name.to_string(),
+                rows[0].1.to_owned(),
+                format!("{likeliest:.3}"),
+                cells(interval(|level| verdict.posterior.sigma_quantile(level)), 3),
+                cells(interval(|level| verdict.posterior.share_quantile(level)), 2),
+            ],
+        ));
+        let rows: Vec<(&str, Vec<String>)> = rows
+            .into_iter()
+            .map(|(p, name)| ("", vec![name.to_owned(), format!("{p:.3}")]))
+            .collect();
+        self.page.table(
+            "How likely each material is",
+            &["material", "probability#"],
+            &rows,
+        );
+        Ok(())
+    }
+
+    fn finish(mut self, summary: &str) -> Result<()> {
+        let Some(mut output) = self.output.take() else {
+            return Ok(());
+        };
+        let out = &self.options.out;
+        if self.options.report {
+            if self.summary.len() > 1 {
+                let headings = [
+                    "picture",
+                    "likeliest",
+                    "probability#",
+                    "σ, 90 % interval#",
+                    "specular share, 90 % interval#",
+                ];
+                self.page.lead(&[Inline::Text(summary)]);
+                self.page.summary("All pictures", &headings, &self.summary);
+            }
+            let version = format!("lobes {}", env!("CARGO_PKG_VERSION"));
+            output.add("index.html", self.page.html(&[Inline::Text(&version)]))?;
+        }
+        output.commit()?;
+        if self.options.report {
+            console::note(format!("wrote {}", out.join("index.html").display()));
+        } else {
+            console::note(format!(
+                "wrote where spheres were found to {}",
+                out.display()
+            ));
+        }
+        Ok(())
+    }
+}

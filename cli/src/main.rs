@@ -1,0 +1,5 @@
+//! The `lobes` command.
+
+fn main() -> std::process::ExitCode {
+    lobes_cli::main()
+}

@@ -1,0 +1,208 @@
+//! Materials from a TOML file, or the presets.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::arguments::Materials;
+use crate::{named, slug};
+use lobes::reflectance::{Material, presets, presets_as_albedos};
+use lobes::{Error, Result};
+
+/// A material as the file has it.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+enum Entry {
+    /// Radiance's plastic: ρ_d = R (1 − S), ρ_s = S, white.
+    Plastic {
+        name: String,
+        reflectance: [f64; 3],
+        #[serde(default)]
+        specularity: f64,
+        #[serde(default)]
+        sigma: f64,
+    },
+    /// Radiance's metal: ρ_d = R (1 − S), ρ_s = R S.
+    Metal {
+        name: String,
+        reflectance: [f64; 3],
+        specularity: f64,
+        #[serde(default)]
+        sigma: f64,
+    },
+    /// ρ_d and ρ_s themselves.
+    Albedos {
+        name: String,
+        diffuse: [f64; 3],
+        specular: [f64; 3],
+        #[serde(default)]
+        sigma: f64,
+    },
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    material: Vec<Entry>,
+}
+
+/// The materials of `--materials`, or the presets; of those the ones that `--material` names, in its order.
+pub(super) fn load(options: &Materials) -> Result<Vec<Material>> {
+    let all = match &options.materials {
+        Some(path) => read(path)?,
+        None if options.as_albedos => presets_as_albedos(),
+        None => presets(),
+    };
+    if options.only.is_empty() {
+        return Ok(all);
+    }
+    let names: Vec<&str> = all.iter().map(Material::name).collect();
+    let mut places: Vec<usize> = Vec::new();
+    for name in &options.only {
+        let place = named::find("material", name, &names)?;
+        if !places.contains(&place) {
+            places.push(place);
+        }
+    }
+    Ok(places.into_iter().map(|place| all[place].clone()).collect())
+}
+
+/// What each material's files are called.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Unanswerable`] for the presets, for two that would be called the same.
+pub(super) fn stems(file: Option<&Path>, materials: &[Material]) -> Result<Vec<String>> {
+    let stems: Vec<String> = materials.iter().map(|m| slug(m.name())).collect();
+    for (second, stem) in stems.iter().enumerate() {
+        if let Some(first) = stems[..second].iter().position(|other| other == stem) {
+            let problem = format!(
+                "the materials {:?} and {:?} would both be written as {stem:?}",
+                materials[first].name(),
+                materials[second].name()
+            );
+            let remedy = "give one of them another name";
+            return Err(match file {
+                Some(path) => Error::file(path, problem, remedy),
+                None => Error::Unanswerable(format!("{problem}; {remedy}")),
+            });
+        }
+    }
+    Ok(stems)
+}
+
+fn read(path: &Path) -> Result<Vec<Material>> {
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        Error::file(
+            path,
+            format!("cannot be read ({error})"),
+            "name a TOML file of materials",
+        )
+    })?;
+    parse(path, &text)
+}
+
+/// The materials of a file's text.
+pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Material>> {
+    let file: File = toml::from_str(text).map_err(|error| {
+        let line = error
+            .span()
+            .map_or(1, |span| 1 + text[..span.start].matches('\n').count());
+        Error::file(
+            path,
+            format!("line {line}: {}", error.message()),
+            "docs/materials.md shows the form",
+        )
+    })?;
+    let mut materials: Vec<Material> = Vec::new();
+    for entry in file.material {
+        let material = match entry {
+            Entry::Plastic {
+                name,
+                reflectance,
+                specularity,
+                sigma,
+            } => Material::plastic(name, reflectance, specularity, sigma),
+            Entry::Metal {
+                name,
+                reflectance,
+                specularity,
+                sigma,
+            } => Material::metal(name, reflectance, specularity, sigma),
+            Entry::Albedos {
+                name,
+                diffuse,
+                specular,
+                sigma,
+            } => Material::from_albedos(name, diffuse, specular, sigma),
+        }
+        .map_err(|error| {
+            Error::file(
+                path,
+                format!("material {}: {error}", materials.len() + 1),
+                "mend the number",
+            )
+        })?;
+        if materials.iter().any(|m| m.name() == material.name()) {
+            return Err(Error::file(
+                path,
+                format!("two materials are named {:?}", material.name()),
+                "give each its own name",
+            ));
+        }
+        materials.push(material);
+    }
+    if materials.is_empty() {
+        return Err(Error::file(
+            path,
+            "holds no material",
+            "docs/materials.md shows the form",
+        ));
+    }
+    Ok(materials)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> Result<Vec<Material>> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        read(file.path())
+    }
+
+    #[test]
+    fn reads_every_kind() {
+        let materials = read_text(
+            "[[material]]\nname = 'a'\nkind = 'plastic'\nreflectance = [0.5, 0.5, 0.5]\nspecularity = 0.1\nsigma = 0.05\n\
+             [[material]]\nname = 'b'\nkind = 'metal'\nreflectance = [0.8, 0.6, 0.4]\nspecularity = 0.5\n\
+             [[material]]\nname = 'c'\nkind = 'albedos'\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.1, 0.1, 0.1]\nsigma = 0.2\n",
+        )
+        .unwrap();
+        assert_eq!(materials.len(), 3);
+        assert!((materials[0].diffuse()[0] - 0.45).abs() < 1e-15);
+        assert!((materials[1].specular()[2] - 0.2).abs() < 1e-15);
+        assert!((materials[2].diffuse()[1] - 0.2).abs() < 1e-15);
+    }
+
+    #[test]
+    fn says_what_is_wrong_and_where() {
+        for (text, expected) in [
+            ("", "material"),
+            ("material = []", "no material"),
+            ("[[material]]\nname = 'a'\nkind = 'wood'\n", "line"),
+            (
+                "[[material]]\nname = 'a'\nkind = 'plastic'\nreflectance = [0.5, 0.5, 1.5]\n",
+                "material 1",
+            ),
+            (
+                "[[material]]\nname = 'a'\nkind = 'plastic'\nreflectance = [0.5, 0.5, 0.5]\n\
+                 [[material]]\nname = 'a'\nkind = 'plastic'\nreflectance = [0.5, 0.5, 0.4]\n",
+                "two materials",
+            ),
+        ] {
+            let message = read_text(text).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! `lobes render`: spheres as images.
+
+use std::path::Path;
+
+use lobes::glam::DVec3;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use crate::arguments::Render;
+use crate::output::OutputFolder;
+use crate::reproduce::sphere_exr;
+use crate::{console, input, materials, named, training_set};
+use lobes::illumination::{EnvironmentMap, Luminance, builtin};
+use lobes::picture::encode_png;
+use lobes::reflection::{Camera, Renderer, Settings};
+use lobes::{Error, Parallelism, Result};
+
+pub(super) fn run(options: &Render) -> Result<()> {
+    if let Some(set) = &options.set {
+        return training_set::run(set, &options.out);
+    }
+    let camera = Place {
+        elevation: options.elevation,
+        azimuth: options.azimuth,
+        roll: 0.0,
+        distance: options.distance,
+    }
+    .camera()?;
+    let materials = materials::load(&options.materials)?;
+    let stems = materials::stems(options.materials.materials.as_deref(), &materials)?;
+    let map = light(options)?;
+    let mut output = OutputFolder::open(&options.out)?;
+    let settings = Settings {
+        size: options.size,
+        tolerance: options.tolerance,
+        ..Settings::default()
+    };
+    let renderer = Renderer::new(&map, Parallelism::Rayon)?;
+    let mut answers = Vec::new();
+    for (material, stem) in materials.iter().zip(&stems) {
+        let rendering = renderer.render(
+            material,
+            options.lobe.name,
+            &camera,
+            &settings,
+            Parallelism::Rayon,
+        )?;
+        let image = rendering.image;
+        // A white sphere in light of mean radiance L shows about L; half of white leaves room above.
+        let exposure = 0.5 / Luminance::Rec709.of(map.mean());
+        let pixel = |row, column| image.get(row, column);
+        output.add(
+            format!("{stem}.png"),
+            encode_png(options.size, options.size, exposure, pixel)?,
+        )?;
+        output.add(format!("{stem}.exr"), sphere_exr(&image)?)?;
+        answers.push(json!({
+            "light": map.name(),
+            "material": material.name(),
+            "png": options.out.join(format!("{stem}.png")).display().to_string(),
+            "exr": options.out.join(format!("{stem}.exr")).display().to_string(),
+            "error": rendering.error,
+        }));
+        console::answer(format!(
+            "{}: relative error {:.1e} (estimated)",
+            material.name(),
+            rendering.error
+        ));
+    }
+    output.commit()?;
+    for answer in &answers {
+        console::json(answer)?;
+    }
+    console::note(format!(
+        "wrote {} images to {}",
+        2 * materials.len(),
+        options.out.display()
+    ));
+    Ok(())
+}
+
+/// Where a camera stands: angles in degrees, and the distance in radii of the sphere.
+#[derive(Debug, Clone, Copy, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Place {
+    pub(super) elevation: f64,
+    /// 0 looks along −z, and it grows to the left.
+    pub(super) azimuth: f64,
+    /// Anticlockwise, as seen by whoever looks through the camera.
+    pub(super) roll: f64,
+    /// Orthographic without it.
+    pub(super) distance: Option<f64>,
+}
+
+impl Place {
+    pub(super) fn camera(&self) -> Result<Camera> {
+        for (what, value) in [
+            ("the camera's elevation", self.elevation),
+            ("the camera's azimuth", self.azimuth),
+            ("the camera's roll", self.roll),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::Domain {
+                    what,
+                    value,
+                    allowed: "a finite angle",
+                });
+            }
+        }
+        let (sin_elevation, cos_elevation) = self.elevation.to_radians().sin_cos();
+        let (sin_azimuth, cos_azimuth) = self.azimuth.to_radians().sin_cos();
+        let towards = DVec3::new(
+            cos_elevation * sin_azimuth,
+            sin_elevation,
+            cos_elevation * cos_azimuth,
+        );
+        let camera = match self.distance {
+            None => Camera::orthographic(towards, DVec3::Y),
+            Some(distance) => Camera::perspective(towards, DVec3::Y, distance),
+        }?;
+        Ok(camera.rolled(self.roll.to_radians()))
+    }
+}
+
+/// The map that `--light` names: a built-in one, or a file.
+fn light(options: &Render) -> Result<EnvironmentMap> {
+    let name = options.light.as_deref().unwrap_or_default();
+    let path = Path::new(name);
+    if input::is_standard(path) || path.exists() {
+        return input::map(path, options.mapping);
+    }
+    let maps = builtin()?;
+    match maps.iter().find(|map| map.name() == name) {
+        Some(map) => Ok(map.clone()),
+        None => Err(no_light(path, &maps)),
+    }
+}
+
+/// The error of a name that is neither a file's nor a built-in map's.
+pub(super) fn no_light(path: &Path, builtin: &[EnvironmentMap]) -> Error {
+    let names: Vec<&str> = builtin.iter().map(EnvironmentMap::name).collect();
+    Error::file(
+        path,
+        "is neither a file nor a built-in map",
+        format!(
+            "the built-in maps are {}",
+            named::nearest_first(&path.to_string_lossy(), &names).join(", ")
+        ),
+    )
+}

@@ -1,0 +1,14 @@
+//! Figures, pages and the accuracy file.
+
+mod accuracy;
+mod figures;
+mod page;
+mod plot;
+
+pub use accuracy::{
+    AccuracyFile, AccuracyRow, BestRow, CeilingRow, Comparison, ContinuousRow, FilesRow,
+    NamedConfusion,
+};
+pub use figures::{calibration, confusion_matrix, feature_plane, light_spectra, posterior_map};
+pub use page::{Figure, Image, Inline, Page};
+pub use plot::{Axis, Chart, Mark, Naming, Series};

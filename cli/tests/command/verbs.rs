@@ -1,0 +1,1006 @@
+//! The command as a user meets it: what it writes, and what it says of bad input.
+use std::path::Path;
+use std::process::{Command, Output};
+
+use lobes::reflectance::presets;
+
+/// Runs the command with a file as its standard input.
+fn lobes_reading(arguments: &[&str], folder: &Path, file: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lobes"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(std::fs::File::open(file).unwrap())
+        .output()
+        .expect("the command runs")
+}
+
+fn lobes(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lobes"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the command runs")
+}
+
+/// A flat Radiance picture that varies about one radiance, so that spectra have power everywhere.
+fn hdr(width: usize, height: usize, rgbe: [u8; 4]) -> Vec<u8> {
+    let mut bytes =
+        format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
+    for pixel in 0..width * height {
+        let mut value = rgbe;
+        value[0] = value[0].wrapping_add((pixel * 37 % 61) as u8);
+        value[1] = value[1].wrapping_sub((pixel * 53 % 47) as u8);
+        // Coarse patches that differ with the radiance: light of another place, not the same one brighter.
+        let (u, v) = (pixel % width * 8 / width, pixel / width * 8 / height);
+        let patch = (u * 7919 + v * 104_729 + usize::from(rgbe[0]) * 31_337) * 2_654_435_761;
+        value[1] = value[1].wrapping_add((patch % 4_294_967_296 / 67_108_864) as u8);
+        bytes.extend(value);
+    }
+    bytes
+}
+
+/// A little-endian PFM of 32 × 16 that is 1 but for one value.
+fn pfm(value: f32) -> Vec<u8> {
+    let mut bytes = b"PF\n32 16\n-1.0\n".to_vec();
+    for i in 0..32 * 16 * 3 {
+        let v = if i == 100 { value } else { 1.0 };
+        bytes.extend(v.to_le_bytes());
+    }
+    bytes
+}
+
+/// Runs the command and checks that it fails with one line that holds every one of `words`, and
+/// writes nothing.
+fn fails(folder: &Path, arguments: &[&str], words: &[&str]) {
+    let before = entries(folder);
+    let output = lobes(arguments, folder);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success(), "{arguments:?} succeeded");
+    assert_eq!(
+        message.trim_end().lines().count(),
+        1,
+        "more than a sentence: {message}"
+    );
+    for word in words {
+        assert!(
+            message.contains(word),
+            "{arguments:?}: no {word:?} in {message}"
+        );
+    }
+    assert_eq!(
+        entries(folder),
+        before,
+        "{arguments:?} left something behind"
+    );
+}
+
+fn entries(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+const GREY: [u8; 4] = [128, 128, 128, 129];
+
+#[test]
+fn bad_light_gets_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let light = |name: &str, files: &[(&str, Vec<u8>)], words: &[&str]| {
+        let path = at.join(name);
+        std::fs::create_dir(&path).unwrap();
+        for (file, bytes) in files {
+            std::fs::write(path.join(file), bytes).unwrap();
+        }
+        fails(
+            at,
+            &["reproduce", "--out", "r", "--illuminations", name],
+            words,
+        );
+    };
+    fails(
+        at,
+        &["reproduce", "--out", "r", "--illuminations", "missing"],
+        &["missing"],
+    );
+    light("empty", &[], &["empty"]);
+    let good = hdr(64, 32, GREY);
+    light("one", &[("a.hdr", good.clone())], &["two", "\"a\""]);
+    light(
+        "truncated",
+        &[("a.hdr", good[..good.len() / 2].to_vec())],
+        &["a.hdr"],
+    );
+    let huge = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1000000 +X 2000000\n".to_vec();
+    light("huge", &[("a.hdr", huge)], &["a.hdr"]);
+    light(
+        "square",
+        &[("a.hdr", hdr(64, 64, GREY))],
+        &["a.hdr", "--mapping"],
+    );
+    light("odd", &[("a.hdr", hdr(70, 31, GREY))], &["a.hdr"]);
+    let mut black = hdr(32, 16, GREY);
+    let header = black.len() - 4 * 32 * 16;
+    black[header..].fill(0);
+    light("black", &[("a.hdr", black)], &["a.hdr", "black"]);
+    light(
+        "twins",
+        &[("a.hdr", good), ("a.pfm", pfm(0.5))],
+        &["a.hdr", "a.pfm"],
+    );
+    light("nan", &[("a.pfm", pfm(f32::NAN))], &["a.pfm"]);
+    light("infinite", &[("a.pfm", pfm(f32::INFINITY))], &["a.pfm"]);
+    light("negative", &[("a.pfm", pfm(-1.0))], &["a.pfm", "negative"]);
+}
+
+#[test]
+fn bad_options_get_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("file"), b"").unwrap();
+    fails(
+        at,
+        &["reproduce", "--out", "file/below"],
+        &["file/below", "--out"],
+    );
+    fails(
+        at,
+        &["reproduce", "--out", "r", "--continuation", "antipodal"],
+        &["antipodal", "odd"],
+    );
+    fails(
+        at,
+        &[
+            "reproduce",
+            "--out",
+            "r",
+            "--materials",
+            "none.toml",
+            "--write",
+            "file",
+        ],
+        &["none.toml"],
+    );
+    fails(
+        at,
+        &["reproduce", "--out", "r", "--materials", "none.toml"],
+        &["none.toml"],
+    );
+    fails(at, &["spectrum", "none.hdr"], &["none.hdr"]);
+    fails(at, &["render", "--light", "nowhere"], &["nowhere"]);
+}
+
+/// What is too much, too little or nothing at all is refused at once, by a sentence, and leaves nothing.
+#[test]
+fn bad_amounts_get_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.pfm"), pfm(2.0)).unwrap();
+    std::fs::write(at.join("flat.pfm"), pfm(1.0)).unwrap();
+    std::fs::write(at.join("nan.pfm"), pfm(f32::NAN)).unwrap();
+    std::fs::write(at.join("empty.png"), b"").unwrap();
+    std::fs::write(at.join("text.png"), b"text").unwrap();
+    let set = |name: &str, text: &str| std::fs::write(at.join(name), text).unwrap();
+    set("huge.toml", "size = 1000000000\nlights = ['a.pfm']\n");
+    set("nan.toml", "size = 8\nlights = ['a.pfm', 'nan.pfm']\n");
+    for (arguments, words) in [
+        (
+            &["spectrum", "a.pfm", "--degree", "0"][..],
+            &["degree", "at least 4"][..],
+        ),
+        (
+            &["spectrum", "a.pfm", "--degree", "3"],
+            &["degree", "at least 4"],
+        ),
+        (&["spectrum", "flat.pfm"], &["uniform"]),
+        (
+            &["render", "--light", "a.pfm", "--tolerance", "-1"],
+            &["tolerance", "-1"],
+        ),
+        (
+            &["render", "--light", "a.pfm", "--distance", "-2"],
+            &["distance", "-2"],
+        ),
+        (
+            &["render", "--set", "huge.toml", "--out", "s"],
+            &["1000000000", "16384"],
+        ),
+        (
+            &["render", "--set", "nan.toml", "--out", "s"],
+            &["nan.pfm", "NaN"],
+        ),
+        (&["classify", "empty.png"], &["empty.png", "empty"]),
+        (&["classify", "text.png"], &["text.png", "PNG, JPEG"]),
+        (&["classify", "none.png"], &["none.png", "cannot be read"]),
+    ] {
+        fails(at, arguments, words);
+    }
+    // What the command line itself cannot mean: exit code 2, and the usage after the sentence.
+    for (arguments, words) in [
+        (&["spectrum", "a.pfm", "--jobs", "0"][..], "from 1 to 1024"),
+        (&["spectrum", "a.pfm", "--jobs", "100000"], "from 1 to 1024"),
+        (
+            &["classify", "a.pfm", "--turns", "99999999999"],
+            "from 1 to 1024",
+        ),
+        (&["reproduce", "--turns", "0"], "from 1 to 1024"),
+        (&["classify", "a.pfm", "--circle", "-5,5"], "three numbers"),
+    ] {
+        let output = lobes(arguments, at);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(message.contains(words), "{arguments:?}: {message}");
+    }
+    let output = lobes(&["classify", "text.png", "--circle", "-5,5,20"], at);
+    assert_eq!(output.status.code(), Some(1));
+}
+
+/// The table that people read, of the light in the library.
+#[test]
+fn the_table_of_the_built_in_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = lobes(&["spectrum", "--plot", "s.svg"], folder.path());
+    assert!(output.status.success());
+    let plot = std::fs::read_to_string(folder.path().join("s.svg")).unwrap();
+    assert!(plot.contains("<svg") && plot.contains("median"));
+    insta::assert_snapshot!(String::from_utf8_lossy(&output.stdout));
+}
+
+#[test]
+fn reproduce_writes_the_whole_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::create_dir(at.join("maps")).unwrap();
+    for (name, rgbe) in [
+        ("a", [90, 120, 160, 129]),
+        ("b", [160, 90, 70, 130]),
+        ("c", [100, 140, 60, 128]),
+    ] {
+        std::fs::write(at.join(format!("maps/{name}.hdr")), hdr(64, 32, rgbe)).unwrap();
+    }
+    std::fs::write(
+        at.join("table.md"),
+        "before\n<!-- table -->\nold\n<!-- end of table -->\nafter",
+    )
+    .unwrap();
+    let output = lobes(
+        &[
+            "reproduce",
+            "--illuminations",
+            "maps",
+            "--size",
+            "32",
+            "--turns",
+            "1",
+            "--protocol",
+            "blind",
+            "--protocol",
+            "photograph",
+            "--classifier",
+            "paper",
+            "--classifier",
+            "needlets-discriminant",
+            "--write",
+            "table.md",
+            "--out",
+            "r",
+        ],
+        at,
+    );
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let written = std::fs::read_to_string(at.join("table.md")).unwrap();
+    assert!(written.starts_with("before") && written.ends_with("after"));
+    assert!(
+        written.contains("| blind | paper |")
+            && written.contains("| photograph | needlets-discriminant |")
+    );
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("94.4 %") && said.contains("78.8 %"), "{said}");
+
+    let json: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(at.join("r/accuracy.json")).unwrap()).unwrap();
+    for row in json["rows"].as_array().unwrap() {
+        let correct = row["correct"].as_u64().unwrap();
+        assert_eq!(row["total"], 24, "three maps and eight materials");
+        let confusions = row["confusions"].as_array().unwrap().len() as u64;
+        assert_eq!(confusions, 24 - correct);
+        assert!(row["ci95"][0].as_f64() <= row["accuracy"].as_f64());
+    }
+    let page = std::fs::read_to_string(at.join("r/index.html")).unwrap();
+    assert_page_is_whole(&page, &at.join("r"));
+    // Every material has its name in the plane, its sphere, and what it was called; every statement of the paper its row.
+    for material in presets() {
+        assert!(page.contains(&format!("<b>{}</b>", material.name())));
+    }
+    assert_eq!(page.matches("data-heading=\"verdict\"").count(), 9);
+    // The columns that say the same in every row are said once.
+    assert!(page.contains("in every row: protocol paper"));
+}
+
+/// Nothing is asked of the network but by a link that is clicked, there is no script, and what is linked or shown is there.
+fn assert_page_is_whole(page: &str, folder: &Path) {
+    let addresses = page.matches("http").count();
+    let clicked = page.matches("<a href=\"http").count();
+    let names = page.matches("xmlns=\"http://www.w3.org/2000/svg\"").count();
+    assert_eq!(
+        addresses,
+        clicked + names,
+        "the page asks the network for something"
+    );
+    assert!(!page.contains("<script") && !page.contains("@import") && !page.contains("url("));
+    for start in ["src=\"", "href=\""] {
+        for rest in page.split(start).skip(1) {
+            let path = rest.split('"').next().unwrap();
+            if path.starts_with("http") || path.starts_with("data:") {
+                continue;
+            }
+            match path.strip_prefix('#') {
+                Some(name) => assert!(page.contains(&format!("id=\"{name}\"")), "#{name}"),
+                None => assert!(folder.join(path).is_file(), "{path} is missing"),
+            }
+        }
+    }
+}
+
+/// Debevec's probes are square angular maps, which a mirror ball could be too: the user says which. A cross among them is known by its shape.
+#[test]
+fn a_folder_of_angular_maps_and_crosses_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::create_dir(at.join("probes")).unwrap();
+    for (name, width, rgbe) in [
+        ("a", 96, [90, 120, 160, 129]),
+        ("b", 96, [160, 90, 70, 130]),
+        ("cross", 72, [120, 110, 90, 129]),
+    ] {
+        std::fs::write(at.join(format!("probes/{name}.hdr")), hdr(width, 96, rgbe)).unwrap();
+    }
+    let output = lobes(
+        &[
+            "reproduce",
+            "--illuminations",
+            "probes",
+            "--mapping",
+            "angular-map",
+            "--size",
+            "16",
+            "--out",
+            "r",
+            "--json",
+        ],
+        at,
+    );
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let written = std::fs::read(at.join("r/accuracy.json")).unwrap();
+    assert_eq!(
+        said,
+        serde_json::from_slice::<serde_json::Value>(&written).unwrap()
+    );
+    let names = &said["settings"]["illuminations"];
+    assert_eq!(*names, serde_json::json!(["a", "b", "cross"]));
+    assert!(at.join("r/index.html").is_file());
+}
+
+/// Three small maps in a folder, and the arguments that make `classify` learn from them and keep nothing elsewhere.
+fn classify(at: &Path, arguments: &[&str]) -> Output {
+    let maps = at.join("maps");
+    if !maps.is_dir() {
+        std::fs::create_dir(&maps).unwrap();
+        for (name, rgbe) in [
+            ("a", [90, 120, 160, 129]),
+            ("b", [160, 90, 70, 130]),
+            ("c", [100, 140, 60, 128]),
+        ] {
+            std::fs::write(maps.join(format!("{name}.hdr")), hdr(64, 32, rgbe)).unwrap();
+        }
+    }
+    let mut all = vec!["classify", "--illuminations", "maps", "--turns", "1"];
+    all.extend(arguments);
+    Command::new(env!("CARGO_BIN_EXE_lobes"))
+        .args(all)
+        .current_dir(at)
+        .env("XDG_CACHE_HOME", at.join("cache"))
+        .output()
+        .expect("the command runs")
+}
+
+/// Spheres that `render` makes are read back: by their transparency, by the circle, and found; with colour and without.
+#[test]
+fn classify_reads_rendered_spheres() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // Makes the maps.
+    assert!(!classify(at, &["none.png"]).status.success());
+    for material in ["silver", "black plastic"] {
+        let output = lobes(
+            &[
+                "render",
+                "--light",
+                "maps/a.hdr",
+                "--material",
+                material,
+                "--size",
+                "96",
+            ],
+            at,
+        );
+        assert!(output.status.success());
+    }
+    let output = classify(at, &["spheres", "--json", "--report"]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let lines: Vec<serde_json::Value> = said
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(lines.len(), 4, "two materials as PNG and as EXR: {said}");
+    for line in &lines {
+        let file = line["file"].as_str().unwrap();
+        let named = line["probabilities"].as_object().unwrap().values();
+        let total: f64 = named.map(|p| p.as_f64().unwrap()).sum();
+        assert!((total + line["none"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+        let (low, high) = (&line["sigma"]["low"], &line["sigma"]["high"]);
+        assert!(low.as_f64() < high.as_f64());
+        let radius = line["circle"][2].as_f64().unwrap();
+        assert!((radius - 48.0).abs() < 0.5, "{file}: {}", line["circle"]);
+        assert_eq!(
+            line["found"],
+            file.ends_with(".exr"),
+            "a PNG is transparent"
+        );
+    }
+    let page = std::fs::read_to_string(at.join("classified/index.html")).unwrap();
+    assert_page_is_whole(&page, &at.join("classified"));
+    assert!(
+        page.contains("All pictures"),
+        "four pictures have a summary"
+    );
+    // What was learned is kept, and gives the same answer.
+    assert_eq!(
+        std::fs::read_dir(at.join("cache/lobes")).unwrap().count(),
+        1
+    );
+    let again = classify(at, &["spheres", "--json"]);
+    assert_eq!(String::from_utf8_lossy(&again.stdout), said);
+    // A circle by hand.
+    let output = classify(at, &["spheres/silver.exr", "--circle", "48,48,47.5"]);
+    assert!(output.status.success());
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("silver") && !said.contains("found"), "{said}");
+}
+
+/// A picture that cannot be read is reported, the others are done, and the exit code says so.
+#[test]
+fn classify_says_what_is_wrong_and_does_the_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    assert!(!classify(at, &["none.png"]).status.success());
+    let png = |name: &str, pixel: &dyn Fn(usize, usize) -> [f64; 3]| {
+        let bytes = lobes::picture::encode_png(96, 96, 1.0, |y, x| Some(pixel(x, y))).unwrap();
+        std::fs::write(at.join(name), bytes).unwrap();
+    };
+    let ball = |x: usize, y: usize| {
+        let (u, v) = ((x as f64 - 47.5) / 36.0, (y as f64 - 47.5) / 36.0);
+        let square = u * u + v * v;
+        if square < 1.0 {
+            [0.05 + 0.6 * ((1.0 - square).sqrt() - v).max(0.0) * 0.5; 3]
+        } else {
+            [0.9; 3]
+        }
+    };
+    std::fs::create_dir(at.join("pictures")).unwrap();
+    png("pictures/1.png", &ball);
+    let whole = std::fs::read(at.join("pictures/1.png")).unwrap();
+    std::fs::write(at.join("pictures/2.png"), &whole[..whole.len() / 2]).unwrap();
+    std::fs::write(at.join("pictures/3.jpg"), b"\xff\xd8\xff nonsense").unwrap();
+    std::fs::write(at.join("pictures/4.exr"), b"neither").unwrap();
+    png("pictures/5.png", &|x, y| ball(x, y).map(|v| 0.9 * v));
+    let output = classify(at, &["pictures"]);
+    assert!(!output.status.success());
+    let (said, message) = (
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr),
+    );
+    // Two answers, and what came of all.
+    assert_eq!(said.lines().count(), 3, "{said}");
+    assert!(
+        said.ends_with("5 pictures: 2 none of these, 3 not read\n"),
+        "{said}"
+    );
+    assert!(said.contains("1.png") && said.contains("5.png") && said.contains("without colour"));
+    for word in ["2.png", "3.jpg", "4.exr", "3 of 5"] {
+        assert!(message.contains(word), "no {word} in {message}");
+    }
+    let output = classify(at, &["pictures", "--json"]);
+    let lines = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(lines.lines().count(), 5);
+    assert_eq!(lines.matches("\"error\"").count(), 3);
+
+    // One picture and one sentence each.
+    png("flat.png", &|_, _| [0.4; 3]);
+    png("white.png", &|_, _| [1.0; 3]);
+    png("black.png", &|_, _| [0.0; 3]);
+    for (arguments, words) in [
+        (vec!["flat.png"], vec!["flat.png", "no sphere", "--circle"]),
+        (
+            vec!["white.png", "--circle", "48,48,40"],
+            vec!["white.png", "saturated"],
+        ),
+        (
+            vec!["black.png", "--circle", "48,48,40"],
+            vec!["black.png", "black"],
+        ),
+        (
+            vec!["flat.png", "--circle", "48,48,60"],
+            vec!["flat.png", "leaves the picture"],
+        ),
+        (
+            vec!["flat.png", "--circle", "48,48,3"],
+            vec!["flat.png", "too small"],
+        ),
+        (vec!["none.png"], vec!["none.png", "cannot be read"]),
+        (vec!["maps", "--materials", "none.toml"], vec!["none.toml"]),
+    ] {
+        let output = classify(at, &arguments);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success(), "{arguments:?}");
+        for word in words {
+            assert!(
+                message.contains(word),
+                "{arguments:?}: no {word:?} in {message}"
+            );
+        }
+    }
+    std::fs::create_dir(at.join("empty")).unwrap();
+    let output = classify(at, &["empty"]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("holds no picture"));
+}
+
+/// A plot is written where it is asked for, as what its name says, and nothing else is written.
+#[test]
+fn plots_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.pfm"), scene(1, 32)).unwrap();
+    let before = entries(at);
+    for flags in [&[][..], &["--quiet", "--json"]] {
+        let arguments = [&["spectrum", "a.pfm", "--degree", "7"], flags].concat();
+        assert!(lobes(&arguments, at).status.success());
+        assert_eq!(entries(at), before, "{arguments:?} wrote something");
+    }
+    for name in ["x.png", "x", "x.svg.gz"] {
+        let output = lobes(&["spectrum", "a.pfm", "--plot", name], at);
+        assert_eq!(output.status.code(), Some(2), "{name}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(message.contains("ends in .svg"), "{message}");
+        assert_eq!(entries(at), before);
+    }
+    let output = lobes(
+        &["spectrum", "a.pfm", "--degree", "7", "--plot", "x.SVG"],
+        at,
+    );
+    assert!(output.status.success());
+    let plot = std::fs::read_to_string(at.join("x.SVG")).unwrap();
+    assert!(!plot.contains("median"), "one map has no median");
+}
+
+#[test]
+fn lists_of_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (what, key, count) in [
+        ("lights", "light", 17),
+        ("materials", "material", 8),
+        ("lobes", "lobe", 4),
+    ] {
+        let table = lobes(&["list", what], at);
+        let table = String::from_utf8(table.stdout).unwrap();
+        let json = lobes(&["list", what, "--json"], at);
+        let json = String::from_utf8(json.stdout).unwrap();
+        assert_eq!(json.lines().count(), count);
+        for line in json.lines() {
+            let value: serde_json::Value = serde_json::from_str(line).unwrap();
+            assert!(table.contains(value[key].as_str().unwrap()), "{line}");
+        }
+        assert_eq!(table.lines().count(), count + 1, "{table}");
+    }
+    let lobe = lobes(&["list", "lobes", "--json"], at);
+    let lobe = String::from_utf8(lobe.stdout).unwrap();
+    assert_eq!(lobe.matches("\"default\":true").count(), 1);
+    // What is listed is taken.
+    let some = [
+        "list",
+        "materials",
+        "--material",
+        "silver",
+        "--material",
+        "black plastic",
+        "--json",
+    ];
+    let some = String::from_utf8(lobes(&some, at).stdout).unwrap();
+    let names: Vec<String> = some
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap())
+        .map(|value| value["material"].as_str().unwrap().to_owned())
+        .collect();
+    assert_eq!(names, ["silver", "black plastic"]);
+}
+
+/// Names that nothing has are answered with those that there are, the nearest first, and shells complete them.
+#[test]
+fn names_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let light = ["render", "--light", "blender-city", "--material"];
+    fails(
+        at,
+        &[&light[..], &["silvr"]].concat(),
+        &["no material \"silvr\"; the names are silver, "],
+    );
+    fails(
+        at,
+        &["render", "--light", "blender-citty"],
+        &["blender-citty", "maps are blender-city, "],
+    );
+    for (arguments, words) in [
+        (
+            &["reproduce", "--protocol", "blnd"][..],
+            &[
+                "paper",
+                "blind",
+                "tilted",
+                "photograph",
+                "continuous",
+                "files",
+                "all",
+            ][..],
+        ),
+        (
+            &["fit", "a.csv", "--lobe", "ward"],
+            &["ward1992", "duer", "gmd", "sampled"],
+        ),
+        (
+            &["spectrum", "--mapping", "cube"],
+            &["lat-long", "angular-map", "mirror-ball", "vertical-cross"],
+        ),
+        (
+            &["reproduce", "--classifier", "best"],
+            &["paper", "combined", "dror-nearest"],
+        ),
+    ] {
+        let output = lobes(arguments, at);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        for word in words {
+            assert!(message.contains(word), "no {word} in {message}");
+        }
+    }
+    for shell in ["bash", "zsh", "fish"] {
+        let script = String::from_utf8(lobes(&["completions", shell], at).stdout).unwrap();
+        for word in [
+            "blender-city",
+            "black plastic",
+            "sampled",
+            "photograph",
+            "log-bands",
+            "mirror-ball",
+        ] {
+            let plain = script.replace('\\', "");
+            assert!(plain.contains(word), "{shell} does not complete {word}");
+        }
+    }
+}
+
+/// What comes through a pipe is read as a file is, whatever it is.
+#[test]
+fn standard_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.pfm"), scene(1, 32)).unwrap();
+    std::fs::write(at.join("a.hdr"), hdr(64, 32, GREY)).unwrap();
+    for (file, name) in [("a.pfm", "a"), ("a.hdr", "a")] {
+        let piped = lobes_reading(&["spectrum", "-", "--json"], at, &at.join(file));
+        let opened = lobes(&["spectrum", file, "--json"], at);
+        let line = |output: Output| -> serde_json::Value {
+            assert!(output.status.success());
+            serde_json::from_slice(&output.stdout).unwrap()
+        };
+        let (piped, opened) = (line(piped), line(opened));
+        assert_eq!(opened["map"], name);
+        assert_eq!(piped["map"], "standard input");
+        assert_eq!(piped["luminance"], opened["luminance"]);
+    }
+    let silver = ["--material", "silver", "--size", "96", "--tolerance", "0.1"];
+    let render = [&["render", "--light", "-", "--out", "s"], &silver[..]].concat();
+    let output = lobes_reading(&render, at, &at.join("a.hdr"));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(at.join("s/silver.png").is_file());
+    // Bad bytes, and none, are one sentence.
+    std::fs::write(at.join("text"), "text").unwrap();
+    std::fs::write(at.join("empty"), "").unwrap();
+    for verb in [
+        &["spectrum", "-"][..],
+        &["render", "--light", "-"],
+        &["classify", "-"],
+        &["fit", "-"],
+    ] {
+        for file in ["text", "empty"] {
+            let output = lobes_reading(verb, at, &at.join(file));
+            assert_eq!(output.status.code(), Some(1), "{verb:?} {file}");
+            let message = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(message.lines().count(), 1, "{message}");
+            assert!(message.contains("standard input"), "{message}");
+        }
+    }
+    assert!(!at.join("spheres").exists());
+    let mut table = "theta_i,phi_i,theta_o,phi_o,value\n".to_owned();
+    for degrees in (0..85).step_by(5) {
+        for other in (0..85).step_by(5) {
+            let off = f64::from(degrees - other);
+            let value = 0.1 + 0.5 * (-off * off / 50.0).exp();
+            table.push_str(&format!("{degrees},0,{other},180,{value}\n"));
+        }
+    }
+    std::fs::write(at.join("a.csv"), table).unwrap();
+    let piped = lobes_reading(&["fit", "-"], at, &at.join("a.csv"));
+    let opened = lobes(&["fit", "a.csv"], at);
+    assert!(piped.status.success() && !piped.stdout.is_empty());
+    assert_eq!(piped.stdout, opened.stdout);
+}
+
+/// One bad file of many is told by name, and the others are done.
+#[test]
+fn one_bad_file_silences_nobody() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.pfm"), scene(1, 32)).unwrap();
+    std::fs::write(at.join("b.pfm"), pfm(f32::NAN)).unwrap();
+    std::fs::write(at.join("c.pfm"), pfm(1.0)).unwrap();
+    std::fs::write(at.join("d.pfm"), scene(2, 32)).unwrap();
+    let files = ["spectrum", "a.pfm", "b.pfm", "none.pfm", "c.pfm", "d.pfm"];
+    let output = lobes(&files, at);
+    assert_eq!(output.status.code(), Some(1));
+    let table = String::from_utf8_lossy(&output.stdout);
+    assert!(table.lines().any(|line| line.starts_with(" a ")), "{table}");
+    assert!(table.lines().any(|line| line.starts_with(" d ")), "{table}");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    let lines: Vec<&str> = message.lines().collect();
+    assert_eq!(lines.len(), 4, "{message}");
+    for (line, word) in lines.iter().zip(["b.pfm", "none.pfm", "c.pfm", "3 of 5"]) {
+        assert!(line.contains(word), "{line}");
+    }
+    let json = lobes(&[&files[..], &["--json"]].concat(), at);
+    assert_eq!(String::from_utf8_lossy(&json.stdout).lines().count(), 5);
+    // A degree that a map does not carry is said, with both.
+    let output = lobes(&["spectrum", "a.pfm", "--degree", "500"], at);
+    assert!(output.status.success());
+    let message = String::from_utf8_lossy(&output.stderr);
+    for word in ["a.pfm", "500", " 15,"] {
+        assert!(message.contains(word), "{message}");
+    }
+}
+
+/// No two materials are written to one file, nor is one named twice.
+#[test]
+fn materials_have_names_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let material = |name: &str| {
+        format!("[[material]]\nname = {name:?}\nkind = 'plastic'\nreflectance = [0.9, 0.9, 0.9]\n")
+    };
+    std::fs::write(at.join("slug.toml"), material("a b") + &material("a-b")).unwrap();
+    std::fs::write(at.join("twice.toml"), material("a") + &material("a")).unwrap();
+    std::fs::write(at.join("set.toml"), "size = 4\nmaterials = 'slug.toml'\n").unwrap();
+    let render = ["render", "--light", "blender-city", "--materials"];
+    fails(
+        at,
+        &[&render[..], &["slug.toml"]].concat(),
+        &["slug.toml", "\"a b\"", "\"a-b\""],
+    );
+    fails(
+        at,
+        &[&render[..], &["twice.toml"]].concat(),
+        &["twice.toml", "\"a\""],
+    );
+    fails(
+        at,
+        &["render", "--set", "set.toml", "--out", "s"],
+        &["\"a b\"", "\"a-b\""],
+    );
+    // One of the two alone is well.
+    let one = [
+        &render[..],
+        &[
+            "slug.toml",
+            "--material",
+            "a b",
+            "--size",
+            "8",
+            "--out",
+            "o",
+        ],
+    ];
+    assert!(lobes(&one.concat(), at).status.success());
+}
+
+#[test]
+fn missing_snapshots_are_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fails(
+        at,
+        &["accuracy", "--snapshots", "none"],
+        &["none", "snapshots"],
+    );
+    fails(at, &["accuracy"], &["snapshots"]);
+}
+
+/// A map of its own for each seed, which no other looks like.
+fn scene(seed: usize, width: usize) -> Vec<u8> {
+    let mut bytes = format!("PF\n{width} {}\n-1.0\n", width / 2).into_bytes();
+    for i in 0..width * width / 2 {
+        // PFM's rows begin at the bottom.
+        let (x, y) = (i % width, i / width);
+        let (u, v) = (x * 16 / width, y * 16 / width);
+        // SplitMix64, so that no seed's map is another's moved along.
+        let mut hash = ((seed * 64 + v) * 64 + u) as u64;
+        hash = hash.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        hash = (hash ^ (hash >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        hash = (hash ^ (hash >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let value = 0.1 + 4.0 * ((hash ^ (hash >> 31)) as f64 / u64::MAX as f64).powi(3);
+        for channel in [1.0, 0.8, 0.6] {
+            bytes.extend(((value * channel) as f32).to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// Maps that stand twice: the same pixels are refused, the same light is left out together, and so is what a file says.
+#[test]
+fn maps_of_one_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let maps = at.join("maps");
+    std::fs::create_dir(&maps).unwrap();
+    for seed in 0..4 {
+        std::fs::write(maps.join(format!("{seed}.pfm")), scene(seed, 64)).unwrap();
+    }
+    let run = |more: &[&str]| {
+        let base = [
+            "reproduce",
+            "--illuminations",
+            "maps",
+            "--size",
+            "24",
+            "--out",
+            "r",
+            "--json",
+        ];
+        lobes(&[&base[..], more].concat(), at)
+    };
+    let together = |output: &Output| -> serde_json::Value {
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{message}");
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        said["settings"]["left_out_together"].clone()
+    };
+    let apart = run(&[]);
+    assert_eq!(together(&apart), serde_json::json!([]));
+    assert!(apart.stderr.is_empty());
+    std::fs::write(
+        at.join("groups.toml"),
+        "groups = [['1', '3']] # one street\n",
+    )
+    .unwrap();
+    let named = run(&["--groups", "groups.toml"]);
+    assert_eq!(together(&named), serde_json::json!([["1", "3"]]));
+    // Four times the pixels: another file of the same light.
+    std::fs::write(maps.join("large.pfm"), scene(2, 128)).unwrap();
+    let alike = run(&[]);
+    assert_eq!(together(&alike), serde_json::json!([["2", "large"]]));
+    let message = String::from_utf8_lossy(&alike.stderr);
+    assert!(
+        message.contains("\"2\"") && message.contains("\"large\""),
+        "{message}"
+    );
+    for (text, words) in [
+        ("groups = [['1', 'street']]", ["street", "names are"]),
+        ("groups = [['1']]", ["fewer than two", "groups ="]),
+        ("groups = 7", ["line 1", "groups ="]),
+        ("scenes = []", ["line 1", "groups ="]),
+    ] {
+        std::fs::write(at.join("bad.toml"), text).unwrap();
+        let base = [
+            "reproduce",
+            "--illuminations",
+            "maps",
+            "--out",
+            "q",
+            "--groups",
+        ];
+        fails(
+            at,
+            &[&base[..], &["bad.toml"]].concat(),
+            &[&["bad.toml"], &words[..]].concat(),
+        );
+    }
+    std::fs::write(maps.join("copy.pfm"), scene(1, 64)).unwrap();
+    fails(
+        at,
+        &["reproduce", "--illuminations", "maps", "--out", "q"],
+        &["maps", "1.pfm", "copy.pfm", "same pixels"],
+    );
+}
+
+/// What was learned is kept with a checksum and with what it depends on: nothing else is ever used, and that is said.
+#[test]
+fn what_is_kept_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let picture = lobes::picture::encode_png(48, 48, 1.0, |y, x| {
+        let (u, v) = ((x as f64 - 23.5) / 20.0, (y as f64 - 23.5) / 20.0);
+        let square = u * u + v * v;
+        (square < 1.0).then(|| [0.1 + 0.5 * ((1.0 - square).sqrt() - v).max(0.0); 3])
+    });
+    std::fs::write(at.join("a.png"), picture.unwrap()).unwrap();
+    let kept = || -> Vec<std::path::PathBuf> {
+        let files = std::fs::read_dir(at.join("cache/lobes")).unwrap();
+        files.map(|file| file.unwrap().path()).collect()
+    };
+    let first = classify(at, &["a.png"]);
+    let message = String::from_utf8_lossy(&first.stderr).into_owned();
+    assert!(first.status.success(), "{message}");
+    for word in ["once", "kept in", "MB", "learned in"] {
+        assert!(message.contains(word), "no {word} in {message}");
+    }
+    let second = classify(at, &["a.png"]);
+    assert_eq!(second.stdout, first.stdout);
+    assert!(!String::from_utf8_lossy(&second.stderr).contains("learn"));
+    // A bit that has changed is noticed, said, and mended.
+    let path = kept().remove(0);
+    let whole = std::fs::read(&path).unwrap();
+    for damage in [whole.len() / 2, whole.len() - 1, 20] {
+        let mut bytes = whole.clone();
+        bytes[damage] ^= 1;
+        std::fs::write(&path, &bytes).unwrap();
+        let output = classify(at, &["a.png"]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(message.contains("damaged"), "{damage}: {message}");
+        assert_eq!(output.stdout, first.stdout);
+        assert_eq!(std::fs::read(&path).unwrap(), whole, "made anew as it was");
+    }
+    // Other materials are another file.
+    let output = classify(
+        at,
+        &[
+            "a.png",
+            "--material",
+            "silver",
+            "--material",
+            "black plastic",
+        ],
+    );
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("other materials"), "{message}");
+    assert_eq!(kept().len(), 2);
+}

@@ -1,0 +1,30 @@
+//! How well materials are named: protocols, classifiers, leaving one illumination out, and the tables of `lobes reproduce`.
+//!
+//! The library holds what reads one picture ([`lobes::inference`]); this crate holds what is tried
+//! and judged on many of them.
+
+#![expect(
+    clippy::doc_markdown,
+    reason = "the formulas are plain text, with subscripts"
+)]
+
+mod calibration;
+mod colour_ceiling;
+mod evaluate;
+mod experts;
+mod harness;
+mod interval;
+
+mod nearest;
+mod protocol;
+
+pub use calibration::Calibration;
+pub use colour_ceiling::{ColourCeiling, best_share, colour_ceilings};
+pub use evaluate::{
+    Classifier, Confusion, Evaluation, judge_leaving_one_out, leave_one_illumination_out,
+};
+pub use experts::{ColourExpert, EvidenceExpert, LogRadianceExpert, light_spectrum};
+pub use harness::{Harness, Method};
+pub use interval::{mcnemar, wilson};
+pub use nearest::{NearestNeighbour, Scaling};
+pub use protocol::Protocol;

@@ -1,0 +1,6 @@
+//! The tests of the experiments, a module a subject.
+
+mod experts;
+mod protocols;
+mod scenes;
+mod threads;

@@ -1,0 +1,189 @@
+//! Experts, each of which says how likely every material is for a picture, and a stack that weighs them.
+
+use super::dataset::Dataset;
+use super::evidence::log_sum_exp;
+use super::scenes::Scenes;
+use crate::{Error, Result};
+
+/// How likely each material is for one picture of a data set, to whoever has seen some of the illuminations.
+pub trait Expert: Sync {
+    /// What tables call it.
+    fn name(&self) -> String;
+
+    /// ln-likelihoods, up to one constant a picture, of each material for each observation in `observations`.
+    /// `seen[i]` says whether anything may have been learned from illumination i.
+    ///
+    /// # Errors
+    /// What makes learning impossible.
+    fn judge(&self, seen: &[bool], observations: &[usize]) -> Result<Vec<Vec<f64>>>;
+}
+
+/// Experts weighed: ln p(material) = Σ_e w_e ln p_e(material) + constant, with the weights (inverse temperatures, for each
+/// expert is too sure of itself) chosen inside the training fold.
+///
+/// For each scene of the training fold the experts judge its pictures of turn 0 from the others, and the weights w ≥ 0
+/// make those labels likeliest, under an exponential prior that keeps them finite when all are named right.
+pub struct Stack<'a> {
+    experts: Vec<&'a dyn Expert>,
+    labels: Vec<usize>,
+    illuminations: Vec<usize>,
+    judged: Vec<bool>,
+    scenes: Scenes,
+    count: usize,
+}
+
+/// The prior's rate: what one unit of a weight costs in nats.
+const WEIGHT_COST: f64 = 1.0;
+
+impl<'a> Stack<'a> {
+    /// A stack over the observations of `dataset`, for which the experts were made.
+    pub fn new<T>(dataset: &Dataset<T>, experts: Vec<&'a dyn Expert>) -> Self {
+        Self {
+            experts,
+            judged: dataset.observations.iter().map(|o| o.turn == 0).collect(),
+            labels: dataset.labels(),
+            illuminations: dataset
+                .observations
+                .iter()
+                .map(|o| o.illumination)
+                .collect(),
+            scenes: dataset.scenes.clone(),
+            count: dataset.illuminations.len(),
+        }
+    }
+
+    /// judged[e][i][label] of each expert, centred so that each picture's best is 0.
+    fn judge(&self, seen: &[bool], observations: &[usize]) -> Result<Vec<Vec<Vec<f64>>>> {
+        self.experts
+            .iter()
+            .map(|expert| {
+                let mut scores = expert.judge(seen, observations)?;
+                for scores in &mut scores {
+                    let best = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                    for score in scores {
+                        *score -= best;
+                    }
+                }
+                Ok(scores)
+            })
+            .collect()
+    }
+
+    /// The illuminations of a training fold.
+    fn seen(&self, training: &[usize]) -> Vec<bool> {
+        let mut seen = vec![false; self.count];
+        for &i in training {
+            seen[self.illuminations[i]] = true;
+        }
+        seen
+    }
+
+    /// The weights that the inner loop chooses for a training fold.
+    ///
+    /// # Errors
+    /// Fewer than two scenes in the fold, and what the experts find wrong.
+    pub fn weights(&self, training: &[usize]) -> Result<Vec<f64>> {
+        let seen = self.seen(training);
+        let scenes = self.scenes.among(&seen);
+        if scenes.len() < 2 {
+            return Err(Error::Unanswerable(
+                "weighing experts needs two scenes to learn from, or more".into(),
+            ));
+        }
+        let mut judged = vec![Vec::new(); self.experts.len()];
+        let mut truth = Vec::new();
+        for left_out in scenes {
+            let inner = self.scenes.others(&seen, left_out);
+            let held: Vec<usize> = training
+                .iter()
+                .copied()
+                .filter(|&i| !inner[self.illuminations[i]] && self.judged[i])
+                .collect();
+            for (all, these) in judged.iter_mut().zip(self.judge(&inner, &held)?) {
+                all.extend(these);
+            }
+            truth.extend(held.iter().map(|&i| self.labels[i]));
+        }
+        Ok(fit_weights(&judged, &truth))
+    }
+
+    /// The ln-probabilities of every label for each observation of `test`, by what was learned from `training` alone.
+    ///
+    /// # Errors
+    /// Those of [`weights`](Self::weights) and of the experts.
+    pub fn score(&self, training: &[usize], test: &[usize]) -> Result<Vec<Vec<f64>>> {
+        let weights = self.weights(training)?;
+        let seen = self.seen(training);
+        let judged = self.judge(&seen, test)?;
+        Ok((0..test.len())
+            .map(|i| weigh(&judged, &weights, i))
+            .collect())
+    }
+
+    /// The names of the experts, joined: what tables call the stack.
+    pub fn name(&self) -> String {
+        let names: Vec<String> = self.experts.iter().map(|expert| expert.name()).collect();
+        names.join(" + ")
+    }
+}
+
+/// ln-probabilities of picture i.
+fn weigh(judged: &[Vec<Vec<f64>>], weights: &[f64], i: usize) -> Vec<f64> {
+    let mut scores = vec![0.0; judged[0][i].len()];
+    for (expert, weight) in judged.iter().zip(weights) {
+        for (score, value) in scores.iter_mut().zip(&expert[i]) {
+            *score += weight * value;
+        }
+    }
+    let total = log_sum_exp(scores.iter().copied());
+    for score in &mut scores {
+        *score -= total;
+    }
+    scores
+}
+
+/// Minimises Σ −ln p(truth) + cost·Σ w over ln w, one weight after another by golden section, until none moves. The
+/// problem is convex in w.
+fn fit_weights(judged: &[Vec<Vec<f64>>], truth: &[usize]) -> Vec<f64> {
+    let mut logs = vec![(0.01f64).ln(); judged.len()];
+    let loss = |logs: &[f64]| -> f64 {
+        let weights: Vec<f64> = logs.iter().map(|x| x.exp()).collect();
+        let misses: f64 = truth
+            .iter()
+            .enumerate()
+            .map(|(i, &label)| -weigh(judged, &weights, i)[label])
+            .sum();
+        misses + WEIGHT_COST * weights.iter().sum::<f64>()
+    };
+    for _ in 0..12 {
+        let before = logs.clone();
+        for expert in 0..logs.len() {
+            let (mut low, mut high) = ((1e-6f64).ln(), (10f64).ln());
+            let ratio = 0.5 * (5f64.sqrt() - 1.0);
+            let mut at = |x: f64| {
+                logs[expert] = x;
+                loss(&logs)
+            };
+            let (mut a, mut b) = (high - ratio * (high - low), low + ratio * (high - low));
+            let (mut at_a, mut at_b) = (at(a), at(b));
+            for _ in 0..24 {
+                if at_a < at_b {
+                    high = b;
+                    (b, at_b) = (a, at_a);
+                    a = high - ratio * (high - low);
+                    at_a = at(a);
+                } else {
+                    low = a;
+                    (a, at_a) = (b, at_b);
+                    b = low + ratio * (high - low);
+                    at_b = at(b);
+                }
+            }
+            logs[expert] = 0.5 * (low + high);
+        }
+        if logs.iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-3) {
+            break;
+        }
+    }
+    logs.into_iter().map(f64::exp).collect()
+}

@@ -1,0 +1,283 @@
+//! What classifiers read off one picture.
+
+use nalgebra::DMatrix;
+
+use super::bright_lights::BrightLights;
+use crate::Result;
+use crate::features::{
+    Continuation, DrorFeatures, ImageSpectrum, LogBands, MirroredLight, Modes, Needlets,
+    PaperFeatures, RingLayout, ShadingResidual, TOP_DEGREE, UnbiasedBands, Unwrapped, cosine_basis,
+    log_fields,
+};
+use crate::illumination::Luminance;
+use crate::reflection::{SphereImage, Viewpoint};
+
+/// What classifiers read off one picture.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// [`DrorFeatures`].
+    pub dror: DrorFeatures,
+    /// [`Needlets`].
+    pub needlets: Vec<f64>,
+    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`].
+    pub bands: Vec<f64>,
+    /// The mean of each channel over the picture.
+    pub mean: [f64; 3],
+    /// By order m: the amplitudes of ln luminance, cosine and sine columns over [`Reader::FUNCTIONS`] radial functions.
+    pub log_amplitudes: Vec<DMatrix<f64>>,
+    /// What only pictures that are judged are asked for.
+    pub judged: Option<JudgedReading>,
+}
+
+/// What only pictures that are judged, and those that the paper's features learn from, are asked for.
+#[derive(Debug, Clone)]
+pub struct JudgedReading {
+    /// The paper's features under each of [`Reader::CONTINUATIONS`].
+    pub paper: [PaperFeatures; 3],
+    /// [`UnbiasedBands`].
+    pub unbiased: Vec<f64>,
+    /// What evidence is taken of.
+    pub evidence: EvidenceReading,
+    /// The picture itself.
+    pub image: SphereImage,
+}
+
+impl Reading {
+    /// What would have been read off the picture over its own mean luminance: all that an unknown exposure leaves.
+    ///
+    /// [`JudgedReading::evidence`] and the picture keep their scale, which [`GaussianEvidence`](super::GaussianEvidence) does not notice.
+    pub fn without_exposure(mut self) -> Self {
+        let mean = Luminance::Rec709.of(self.mean);
+        self.mean = self.mean.map(|value| value / mean);
+        self.dror.brightness = 0.0;
+        if let Some(judged) = &mut self.judged {
+            for features in &mut judged.paper {
+                features.colour = features.colour.map(|power| power / (mean * mean));
+            }
+            // The last three are ln B_0 of the channels.
+            for feature in judged.unbiased.iter_mut().rev().take(3) {
+                *feature -= 2.0 * mean.ln();
+            }
+        }
+        self
+    }
+}
+
+/// The plan of what a [`Model`](super::Model) reads off pictures of one viewpoint; cheap to make.
+#[derive(Debug, Clone)]
+pub struct LogReader {
+    layout: RingLayout,
+    bands: LogBands,
+    mirrored: MirroredLight,
+    residual: ShadingResidual,
+}
+
+impl LogReader {
+    /// How many features there are.
+    pub const FEATURES: usize = Self::OF_COLOUR + 2;
+
+    /// Where those of the mean colour start.
+    const OF_COLOUR: usize =
+        LogBands::FEATURES + MirroredLight::FEATURES + ShadingResidual::FEATURES;
+
+    /// Whether a feature is of no use in a picture without colour.
+    pub(super) fn needs_colour(feature: usize) -> bool {
+        match feature.checked_sub(LogBands::FEATURES) {
+            None => LogBands::needs_colour(feature),
+            Some(beyond) => {
+                (MirroredLight::OF_LUMINANCE..MirroredLight::FEATURES).contains(&beyond)
+                    || feature >= Self::OF_COLOUR
+            }
+        }
+    }
+
+    /// The plan.
+    ///
+    /// # Errors
+    /// A camera inside the sphere.
+    pub fn new(viewpoint: Viewpoint) -> Result<Self> {
+        let layout = RingLayout::new(viewpoint, Reader::RINGS, Reader::ORDERS)?;
+        Ok(Self {
+            bands: LogBands::new(&layout)?,
+            mirrored: MirroredLight::new(&layout)?,
+            residual: ShadingResidual::new(&layout)?,
+            layout,
+        })
+    }
+
+    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`] of a picture and ln R/G and ln B/G of its mean: all that [`Method::LogBands`](super::Method::LogBands) uses where the exposure
+    /// is unknown.
+    ///
+    /// # Errors
+    /// Pictures that are black or too small.
+    pub fn features(&self, image: &SphereImage) -> Result<Vec<f64>> {
+        let mut features = self.of(&Unwrapped::new(image, &self.layout)?)?;
+        features.extend(chromaticity(image.mean()));
+        Ok(features)
+    }
+
+    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`].
+    fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
+        let mut features = self.bands.of(picture)?;
+        features.extend(self.mirrored.of(picture)?);
+        features.extend(self.residual.of(picture)?);
+        Ok(features)
+    }
+}
+
+/// What [`GaussianEvidence`](super::GaussianEvidence) is taken of.
+#[derive(Debug, Clone)]
+pub struct EvidenceReading {
+    /// The rings' amplitudes of each channel.
+    pub channels: [Modes; 3],
+    /// Those of the luminance.
+    pub luminance: Modes,
+    /// Where small bright lights may be.
+    pub lights: BrightLights,
+}
+
+/// The plan of an [`EvidenceReading`] of pictures of one viewpoint.
+#[derive(Debug, Clone)]
+pub struct EvidenceReader {
+    layout: RingLayout,
+}
+
+impl EvidenceReader {
+    /// The largest order of the amplitudes.
+    pub const ORDERS: usize = 24;
+
+    /// The plan.
+    ///
+    /// # Errors
+    /// A camera inside the sphere.
+    pub fn new(viewpoint: Viewpoint) -> Result<Self> {
+        let layout = RingLayout::new(viewpoint, Reader::RINGS, Self::ORDERS)?;
+        Ok(Self { layout })
+    }
+
+    /// The rings.
+    pub fn layout(&self) -> &RingLayout {
+        &self.layout
+    }
+
+    /// Reads a picture.
+    ///
+    /// # Errors
+    /// Pictures that are too small.
+    pub fn read(&self, image: &SphereImage) -> Result<EvidenceReading> {
+        self.of(&Unwrapped::new(image, &self.layout)?)
+    }
+
+    fn of(&self, picture: &Unwrapped) -> Result<EvidenceReading> {
+        let all = |[r, g, b]: [f64; 3]| [r, g, b, Luminance::Rec709.of([r, g, b])];
+        let [r, g, b, luminance] = Modes::of(picture, &self.layout, all)?;
+        Ok(EvidenceReading {
+            channels: [r, g, b],
+            luminance,
+            lights: BrightLights::of(picture, &self.layout),
+        })
+    }
+}
+
+/// The plans of everything that is read off pictures of one viewpoint.
+#[derive(Debug, Clone)]
+pub struct Reader {
+    log: LogReader,
+    evidence: EvidenceReader,
+    paper: [ImageSpectrum; 3],
+    unbiased: UnbiasedBands,
+    needlets: Needlets,
+    basis: DMatrix<f64>,
+}
+
+impl Reader {
+    /// The continuations under which the paper's features have odd degrees.
+    pub const CONTINUATIONS: [Continuation; 3] = [
+        Continuation::Mirror,
+        Continuation::HalfTurn,
+        Continuation::Zero,
+    ];
+
+    /// Rings of the unwrapped picture.
+    pub const RINGS: usize = 64;
+
+    /// The largest order about the line of sight.
+    pub const ORDERS: usize = 32;
+
+    /// Radial functions of the log-radiance amplitudes.
+    pub const FUNCTIONS: usize = 24;
+
+    /// The largest order of the log-radiance amplitudes.
+    pub const LOG_ORDERS: usize = 24;
+
+    /// The plans.
+    ///
+    /// # Errors
+    /// A camera inside the sphere.
+    pub fn new(viewpoint: Viewpoint) -> Result<Self> {
+        let plan = |continuation| ImageSpectrum::new(TOP_DEGREE, continuation);
+        let [a, b, c] = Self::CONTINUATIONS;
+        Ok(Self {
+            evidence: EvidenceReader::new(viewpoint)?,
+            paper: [plan(a)?, plan(b)?, plan(c)?],
+            unbiased: UnbiasedBands::new()?,
+            needlets: Needlets::new()?,
+            basis: cosine_basis(Self::RINGS, Self::FUNCTIONS),
+            log: LogReader::new(viewpoint)?,
+        })
+    }
+
+    /// The rings of [`JudgedReading::evidence`].
+    pub fn evidence_layout(&self) -> &RingLayout {
+        self.evidence.layout()
+    }
+
+    /// Reads a picture; `judged` asks for [`Reading::judged`] too.
+    ///
+    /// # Errors
+    /// Pictures that are black, flat or too small.
+    pub fn read(&self, image: &SphereImage, judged: bool) -> Result<Reading> {
+        let unwrapped = Unwrapped::new(image, &self.log.layout)?;
+        let fields = log_fields(&unwrapped)?;
+        let [log] = Modes::of(&unwrapped, &self.log.layout, |rgb| [fields.at(rgb)[0]])?;
+        let log_amplitudes = (0..=Self::LOG_ORDERS)
+            .map(|m| {
+                let columns = if m == 0 { 1 } else { 2 };
+                let both = log.cosine(m).iter().chain(log.sine(m)).copied();
+                let rings = DMatrix::from_iterator(Self::RINGS, columns, both);
+                self.basis.tr_mul(&rings)
+            })
+            .collect();
+        let judged = if judged {
+            let [a, b, c] = &self.paper;
+            Some(JudgedReading {
+                paper: [
+                    PaperFeatures::of_image(a, image)?,
+                    PaperFeatures::of_image(b, image)?,
+                    PaperFeatures::of_image(c, image)?,
+                ],
+                unbiased: self.unbiased.of(image)?,
+                evidence: self.evidence.of(&unwrapped)?,
+                image: image.clone(),
+            })
+        } else {
+            None
+        };
+        Ok(Reading {
+            dror: DrorFeatures::of(&unwrapped)?,
+            needlets: self.needlets.of(image)?,
+            bands: self.log.of(&unwrapped)?,
+            mean: image.mean(),
+            log_amplitudes,
+            judged,
+        })
+    }
+}
+
+/// The colour of a picture apart from its brightness: ln R/G and ln B/G of its mean.
+///
+/// Each channel is taken as 10⁻¹² at least, so that a black one gives a finite number.
+pub fn chromaticity(mean: [f64; 3]) -> [f64; 2] {
+    let [r, g, b] = mean.map(|value| value.max(1e-12).ln());
+    [r - g, b - g]
+}

@@ -1,5 +1,0 @@
-//! The `lobes` command.
-
-fn main() -> std::process::ExitCode {
-    lobes::cli::main()
-}

@@ -1,0 +1,188 @@
+//! Pictures with a sphere, from files.
+
+use std::path::Path;
+
+use super::picture::Picture;
+use crate::files::{self, Coded, Problem};
+use crate::{Error, Result};
+
+impl Picture {
+    /// Reads a picture: linear OpenEXR, Radiance or PFM, or PNG or JPEG of up to 16 bits.
+    ///
+    /// Codes are sRGB's unless the file says otherwise: cICP, iCCP and gAMA with cHRM of a PNG, an ICC profile of a JPEG or its EXIF's Adobe RGB. What is
+    /// said by curves and a matrix is converted to Rec. 709 ([`files::read`](crate::files::read) has how); profiles of tables, PQ and HLG, and CMYK are refused.
+    /// gAMA 0.45455 with sRGB's primaries is sRGB, since that is what the standard has sRGB's writers say besides. What an OpenEXR file lacks of its
+    /// display window is black, and transparent where there is an alpha channel.
+    ///
+    /// An alpha channel is the mask; EXIF's orientation is undone, and its focal length on film of 36 × 24 mm is used where present.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a file that cannot be read, is damaged, too large or holds a value that is not finite.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::decode(&files::read_bytes(path)?).map_err(|problem| problem.in_file(path))
+    }
+
+    /// [`read`](Self::read), of the file's bytes.
+    ///
+    /// # Errors
+    /// [`Error::Contents`] for bytes that are damaged, claim too many pixels or hold a value that is not finite.
+    pub fn of_bytes(bytes: &[u8]) -> Result<Self> {
+        Self::decode(bytes).map_err(Problem::in_bytes)
+    }
+
+    fn decode(bytes: &[u8]) -> std::result::Result<Self, Problem> {
+        let refused = |error: Error| damaged(&error);
+        if let Some(coded) = files::decode_codes(bytes) {
+            return Self::of_codes(coded?).map_err(refused);
+        }
+        if !files::is_linear(bytes) {
+            return Err(Problem::new(
+                "the file is none of PNG, JPEG, OpenEXR, Radiance and PFM",
+                "convert it to one of these",
+            ));
+        }
+        let files::Decoded { picture, alpha, .. } = files::decode_all(bytes)?;
+        let (width, height) = (picture.width, picture.height);
+        let picture = Self::linear(width, height, picture.pixels).map_err(|error| match error {
+            Error::NotFinite { index, .. } => Problem::new(
+                format!(
+                    "holds a value that is not finite in row {}, column {}",
+                    index / width,
+                    index % width
+                ),
+                "mend the picture",
+            ),
+            other => refused(other),
+        })?;
+        match alpha {
+            Some(mask) => picture.with_mask(mask).map_err(refused),
+            None => Ok(picture),
+        }
+    }
+}
+
+impl Picture {
+    /// As a PNG or JPEG holds it, with what its EXIF says.
+    fn of_codes(coded: Coded) -> Result<Self> {
+        let exif = coded
+            .exif
+            .and_then(|raw| exif::Reader::new().read_raw(raw).ok());
+        let said = |tag| exif.as_ref().map_or(0, |exif| number(exif, tag));
+        let orientation = said(exif::Tag::Orientation);
+        let stored = [coded.width, coded.height];
+        let ([width, height], pixels) = turned(orientation, stored, coded.pixels);
+        let mut picture = Self::decoded(width, height, pixels, coded.ceiling)?;
+        if let Some(mask) = coded.mask {
+            picture = picture.with_mask(turned(orientation, stored, mask).1)?;
+        }
+        // Film of 36 × 24 mm has a diagonal of 43.27 mm.
+        let millimetres = said(exif::Tag::FocalLengthIn35mmFilm);
+        if millimetres > 0 {
+            let diagonal = (width as f64).hypot(height as f64);
+            let focal = f64::from(millimetres) / 36f64.hypot(24.0) * diagonal;
+            picture = picture.with_focal_length(focal)?;
+        }
+        Ok(picture)
+    }
+}
+
+fn damaged(problem: &dyn std::fmt::Display) -> Problem {
+    Problem::new(
+        format!("the picture is damaged: {problem}"),
+        "fetch it again",
+    )
+}
+
+/// The pixels as EXIF's orientation, a number from 1 to 8, has them looked at, with the width and the height that they have then.
+fn turned<T: Copy>(
+    orientation: u32,
+    [width, height]: [usize; 2],
+    pixels: Vec<T>,
+) -> ([usize; 2], Vec<T>) {
+    if !(2..=8).contains(&orientation) {
+        return ([width, height], pixels);
+    }
+    let size = if orientation > 4 {
+        [height, width]
+    } else {
+        [width, height]
+    };
+    let turned = (0..size[0] * size[1]).map(|index| {
+        let (row, column) = (index / size[0], index % size[0]);
+        let (right, bottom) = (width - 1, height - 1);
+        // Where it is stored.
+        let (row, column) = match orientation {
+            2 => (row, right - column),
+            3 => (bottom - row, right - column),
+            4 => (bottom - row, column),
+            5 => (column, row),
+            6 => (bottom - column, row),
+            7 => (bottom - column, right - row),
+            _ => (column, right - row),
+        };
+        pixels[row * width + column]
+    });
+    (size, turned.collect())
+}
+
+/// A whole number of EXIF, 0 where there is none.
+fn number(exif: &exif::Exif, tag: exif::Tag) -> u32 {
+    exif.get_field(tag, exif::In::PRIMARY)
+        .and_then(|field| field.value.get_uint(0))
+        .unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::Circle;
+    use image::codecs::jpeg::JpegEncoder;
+    use image::codecs::png::PngEncoder;
+    use image::{ExtendedColorType, ImageEncoder};
+
+    fn on_disk(bytes: &[u8]) -> Picture {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), bytes).unwrap();
+        Picture::read(file.path()).unwrap()
+    }
+
+    #[test]
+    fn codes_of_16_bits_are_decoded() {
+        let mut bytes = Vec::new();
+        let codes: [u16; 6] = [0, 0x8000, 0x4000, 0xffff, 1000, 2000];
+        let raw: Vec<u8> = codes.iter().flat_map(|c| c.to_ne_bytes()).collect();
+        PngEncoder::new(&mut bytes)
+            .write_image(&raw, 2, 1, ExtendedColorType::Rgb16)
+            .unwrap();
+        let picture = on_disk(&bytes);
+        let half = files::linear_of_srgb(f64::from(0x8000u16) / 65535.0);
+        assert!((picture.pixels()[0][1] - half).abs() < 1e-12);
+        assert!(picture.is_encoded() && !picture.has_mask());
+    }
+
+    /// A little TIFF of one entry: FocalLengthIn35mmFilm (0xa405), a short, in the EXIF directory.
+    #[test]
+    fn exif_tells_the_focal_length() {
+        let mut exif = b"II*\0\x08\0\0\0".to_vec();
+        exif.extend([1, 0, 0x69, 0x87, 4, 0, 1, 0, 0, 0, 26, 0, 0, 0, 0, 0, 0, 0]);
+        exif.extend([1, 0, 0x05, 0xa4, 3, 0, 1, 0, 0, 0, 50, 0, 0, 0, 0, 0, 0, 0]);
+        let mut bytes = Vec::new();
+        let mut encoder = JpegEncoder::new(&mut bytes);
+        encoder.set_exif_metadata(exif).unwrap();
+        encoder
+            .write_image(&[100; 3 * 60 * 40], 60, 40, ExtendedColorType::Rgb8)
+            .unwrap();
+        let picture = on_disk(&bytes);
+        // 36 mm of film are 60 pixels.
+        assert!((picture.focal_length().unwrap() - 50.0 / 36.0 * 60.0).abs() < 1e-9);
+        let circle = Circle {
+            x: 30.0,
+            y: 20.0,
+            radius: 15.0,
+        };
+        let sphere = picture.sphere(circle).unwrap();
+        let distance = sphere.image.camera().distance().unwrap();
+        // sin of half the angle is 1/distance, tan is r/f.
+        assert!(((1.0 / distance).asin().tan() - 15.0 / (50.0 / 36.0 * 60.0)).abs() < 1e-12);
+    }
+}

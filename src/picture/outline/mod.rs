@@ -1,0 +1,225 @@
+//! The outline of a sphere in a picture.
+
+mod edges;
+mod fit;
+mod mask;
+mod plain;
+mod rays;
+mod reduced;
+mod round;
+mod vote;
+
+use super::circle::Circle;
+use super::picture::Picture;
+use crate::{Error, Result};
+
+pub(super) use mask::of_mask;
+
+/// The circle of the sphere in a picture without a mask.
+///
+/// Where the picture's border is of one value, as renderers leave it, what differs from that value is the sphere, and a circle
+/// is fitted to its outline, of which a part may be as dark as the background. Else it is the roundest edge in the picture; with it come the
+/// other round things that may be spheres too.
+///
+/// # Errors
+/// A picture that is too small, or in which no circle is to be seen.
+pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
+    let side = picture.width().min(picture.height());
+    if side < 16 {
+        return Err(Error::Unanswerable(format!(
+            "a picture of {} by {} pixels is too small to find a sphere in; 16 a side are the least",
+            picture.width(),
+            picture.height()
+        )));
+    }
+    match plain::before_one_value(picture) {
+        Some(circle) => Ok((circle, Vec::new())),
+        None => round::find(picture),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A value at a place that no one can predict, on [0, 1].
+    fn hash(x: u64, y: u64) -> f64 {
+        let mut h = x.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ y.wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
+        h ^= h >> 29;
+        h = h.wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (h >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A ball of `radiance` at (right, down) in radii, before `behind` at (column, row).
+    fn ball(
+        width: usize,
+        height: usize,
+        circle: Circle,
+        radiance: impl Fn(f64, f64) -> f64,
+        behind: impl Fn(f64, f64) -> f64,
+    ) -> Vec<[f64; 3]> {
+        (0..width * height)
+            .map(|i| {
+                let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+                let (u, v) = (
+                    (x - circle.x) / circle.radius,
+                    (y - circle.y) / circle.radius,
+                );
+                if u * u + v * v < 1.0 {
+                    [radiance(u, v); 3]
+                } else {
+                    [behind(x, y); 3]
+                }
+            })
+            .collect()
+    }
+
+    fn shaded(u: f64, v: f64) -> f64 {
+        let z = (1.0 - u * u - v * v).sqrt();
+        0.05 + 0.9 * (0.5 * z - 0.6 * v + 0.3 * u).max(0.0)
+    }
+
+    /// The last one touches three sides of the picture.
+    const PLACES: [(f64, f64, f64); 4] = [
+        (150.0, 120.3, 80.0),
+        (230.4, 140.0, 45.0),
+        (100.0, 100.0, 99.0),
+        (120.0, 120.0, 120.0),
+    ];
+
+    fn error(found: Circle, truth: Circle) -> f64 {
+        (found.x - truth.x)
+            .hypot(found.y - truth.y)
+            .max((found.radius - truth.radius).abs())
+    }
+
+    #[test]
+    fn finds_a_ball_before_a_wall() {
+        for (x, y, radius) in PLACES {
+            let truth = Circle { x, y, radius };
+            let wall = |x: f64, y: f64| 0.1 + 0.25 * hash((x / 24.0) as u64, (y / 24.0) as u64);
+            let pixels = ball(320, 240, truth, shaded, wall);
+            let (found, others) = find(&Picture::linear(320, 240, pixels).unwrap()).unwrap();
+            assert_eq!(others, [], "there is one");
+            let off = error(found, truth);
+            assert!(off < 0.01 * radius, "{found:?} for {truth:?}");
+        }
+    }
+
+    #[test]
+    fn says_that_there_are_several() {
+        let wall = |x: f64, y: f64| 0.1 + 0.25 * hash((x / 24.0) as u64, (y / 24.0) as u64);
+        let first = Circle {
+            x: 80.0,
+            y: 120.3,
+            radius: 60.0,
+        };
+        let second = Circle {
+            x: 230.0,
+            y: 130.0,
+            radius: 70.0,
+        };
+        let behind = |x: f64, y: f64| {
+            let (u, v) = (
+                (x - second.x) / second.radius,
+                (y - second.y) / second.radius,
+            );
+            if u * u + v * v < 1.0 {
+                shaded(u, v)
+            } else {
+                wall(x, y)
+            }
+        };
+        let pixels = ball(320, 240, first, shaded, behind);
+        let (found, others) = find(&Picture::linear(320, 240, pixels).unwrap()).unwrap();
+        assert_eq!(others.len(), 1, "{found:?} {others:?}");
+        for truth in [first, second] {
+            let off = error(found, truth).min(error(others[0], truth));
+            assert!(off < 0.02 * truth.radius, "{found:?} {others:?}");
+        }
+    }
+
+    /// One side of the ball is as dark as the background, to the last code.
+    #[test]
+    fn finds_a_ball_whose_dark_side_is_the_background() {
+        let lit = |u: f64, v: f64| {
+            let z = (1.0 - u * u - v * v).sqrt();
+            (0.3 * z - 0.6 * v + 0.3 * u).max(0.0)
+        };
+        for (x, y, radius) in PLACES {
+            let truth = Circle { x, y, radius };
+            for background in [0.0, 0.5] {
+                let radiance = |u: f64, v: f64| background + lit(u, v);
+                let pixels = ball(320, 240, truth, radiance, |_, _| background);
+                let (found, _) = find(&Picture::linear(320, 240, pixels).unwrap()).unwrap();
+                let off = error(found, truth);
+                assert!(
+                    off < 0.01 * radius,
+                    "{found:?} for {truth:?} before {background}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn finds_no_ball_where_there_is_none() {
+        let noise = (0..320 * 240).map(|i| [hash(i, 7); 3]).collect();
+        assert!(
+            find(&Picture::linear(320, 240, noise).unwrap()).is_err(),
+            "noise"
+        );
+        let flat = vec![[0.5; 3]; 320 * 240];
+        assert!(
+            find(&Picture::linear(320, 240, flat).unwrap()).is_err(),
+            "flat"
+        );
+        let square = (0..320 * 240)
+            .map(|i| {
+                [f64::from(u8::from(
+                    i % 320 > 100 && i % 320 < 200 && i / 320 > 60 && i / 320 < 160,
+                )); 3]
+            })
+            .collect();
+        assert!(
+            find(&Picture::linear(320, 240, square).unwrap()).is_err(),
+            "a square"
+        );
+        let small = vec![[0.5; 3]; 15 * 15];
+        assert!(
+            find(&Picture::linear(15, 15, small).unwrap()).is_err(),
+            "small"
+        );
+    }
+
+    #[test]
+    fn a_mask_tells_where_the_sphere_is() {
+        let truth = Circle {
+            x: 60.5,
+            y: 40.25,
+            radius: 30.0,
+        };
+        let mask = ball(120, 90, truth, |_, _| 1.0, |_, _| 0.0);
+        let mask: Vec<f64> = mask.iter().map(|rgb| rgb[0]).collect();
+        assert!(error(of_mask(&mask, 120).unwrap(), truth) < 0.1);
+        let half: Vec<f64> = (0..120 * 90)
+            .map(|i| f64::from(u8::from(i % 120 < 60)))
+            .collect();
+        assert!(of_mask(&half, 120).is_err(), "half the picture is no disc");
+        assert!(of_mask(&[0.0; 120 * 90], 120).is_err());
+    }
+
+    #[test]
+    fn circles_are_read() {
+        assert_eq!(
+            "3, 4,5".parse(),
+            Ok(Circle {
+                x: 3.0,
+                y: 4.0,
+                radius: 5.0
+            })
+        );
+        for text in ["", "3,4", "3,4,0", "3,4,x", "nan,4,5", "3,4,5,6"] {
+            assert!(text.parse::<Circle>().is_err(), "{text}");
+        }
+    }
+}

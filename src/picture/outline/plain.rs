@@ -1,0 +1,148 @@
+//! The sphere before a background of one value.
+
+use std::f64::consts::TAU;
+
+use super::Circle;
+use super::fit::{least_squares, through};
+use crate::picture::Picture;
+
+/// The sphere before a background of one value, where there is such a background and what stands before it is a disc or a part of one.
+pub(super) fn before_one_value(picture: &Picture) -> Option<Circle> {
+    let (width, height) = (picture.width(), picture.height());
+    let border: Vec<[f64; 3]> = (0..width)
+        .flat_map(|x| [(x, 0), (x, height - 1)])
+        .chain((0..height).flat_map(|y| [(0, y), (width - 1, y)]))
+        .map(|(x, y)| picture.pixels()[y * width + x])
+        .collect();
+    // A sphere that fills the picture takes up √(1/r) of the border, an eighth at r = 64: the middle value is the background's if half of it is.
+    let background: [f64; 3] = std::array::from_fn(|c| {
+        let mut values: Vec<f64> = border.iter().map(|rgb| rgb[c]).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    });
+    let largest = picture
+        .pixels()
+        .iter()
+        .flatten()
+        .fold(0.0, |a: f64, &b| a.max(b));
+    let slack = if picture.is_encoded() {
+        // Two codes of 8 bits where sRGB is linear.
+        2.5 / 255.0 / 12.92
+    } else {
+        1e-9 * largest
+    };
+    let differs = |rgb: &[f64; 3]| {
+        (0..3).any(|c| (rgb[c] - background[c]).abs() > slack.max(1e-6 * background[c]))
+    };
+    let off = border.iter().filter(|rgb| differs(rgb)).count();
+    if off * 2 > border.len() {
+        return None;
+    }
+    // The first and the last pixel of every row and every column that differ: all of the outline that is seen is among them.
+    let inside = |x: usize, y: usize| differs(&picture.pixels()[y * width + x]);
+    let mut edge = Vec::new();
+    for y in 0..height {
+        if let Some(first) = (0..width).find(|&x| inside(x, y)) {
+            let last = (0..width).rfind(|&x| inside(x, y)).unwrap_or(first);
+            edge.push((first as f64, y as f64 + 0.5));
+            edge.push((last as f64 + 1.0, y as f64 + 0.5));
+        }
+    }
+    for x in 0..width {
+        if let Some(first) = (0..height).find(|&y| inside(x, y)) {
+            let last = (0..height).rfind(|&y| inside(x, y)).unwrap_or(first);
+            edge.push((x as f64 + 0.5, first as f64));
+            edge.push((x as f64 + 0.5, last as f64 + 1.0));
+        }
+    }
+    // Nothing that differs may lie outside of the circle, so that an outline which is cut off by darkness does not pull it in.
+    let circle = enclosing(&edge, width, height)?;
+    let close = 0.75 + 0.005 * circle.radius;
+    let mut seen = [false; 36];
+    for point in &edge {
+        if circle.outside(*point).abs() < close {
+            let turn = (point.1 - circle.y).atan2(point.0 - circle.x) / TAU + 0.5;
+            seen[((turn * 36.0) as usize).min(35)] = true;
+        }
+    }
+    let arc = seen.iter().filter(|seen| **seen).count();
+    (circle.radius >= 6.0 && arc >= 15).then_some(circle)
+}
+
+/// The circle of least median distance to the outermost edge points: three points at a time, then least squares over those close to it.
+fn enclosing(edge: &[(f64, f64)], width: usize, height: usize) -> Option<Circle> {
+    let hull = convex_hull(edge);
+    if hull.len() < 8 {
+        return None;
+    }
+    // Points of the hull lie on the outline or on a chord where darkness cuts it off; the circle that passes most of them and leaves
+    // none outside is the outline.
+    let most = 48.min(hull.len());
+    let chosen: Vec<(f64, f64)> = (0..most).map(|i| hull[i * hull.len() / most]).collect();
+    let size = width.max(height) as f64;
+    let mut best: Option<(f64, Circle)> = None;
+    for i in 0..chosen.len() {
+        for j in i + 1..chosen.len() {
+            for k in j + 1..chosen.len() {
+                let Some(circle) = through(chosen[i], chosen[j], chosen[k]) else {
+                    continue;
+                };
+                if circle.radius > size {
+                    continue;
+                }
+                let tolerance = 0.7 + 0.003 * circle.radius;
+                let mut score = 0.0;
+                for point in &hull {
+                    let off = circle.outside(*point);
+                    score += if off.abs() < tolerance {
+                        1.0 - 0.5 * (off / tolerance).powi(2)
+                    } else if off > 0.0 {
+                        -3.0
+                    } else {
+                        0.0
+                    };
+                }
+                if best.as_ref().is_none_or(|(of, _)| score > *of) {
+                    best = Some((score, circle));
+                }
+            }
+        }
+    }
+    let (_, mut circle) = best?;
+    for _ in 0..5 {
+        let near =
+            |point: &&(f64, f64)| circle.outside(**point).abs() < 1.0 + 0.003 * circle.radius;
+        let points: Vec<(f64, f64)> = edge.iter().filter(near).copied().collect();
+        circle = least_squares(&points, circle)?;
+    }
+    Some(circle)
+}
+
+/// Andrew's monotone chain.
+fn convex_hull(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut points = points.to_vec();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    points.dedup();
+    let cross = |o: (f64, f64), a: (f64, f64), b: (f64, f64)| {
+        (a.0 - o.0) * (b.1 - o.1) - (a.1 - o.1) * (b.0 - o.0)
+    };
+    let mut hull: Vec<(f64, f64)> = Vec::new();
+    for pass in 0..2 {
+        let start = hull.len();
+        let mut add = |point: (f64, f64)| {
+            while hull.len() >= start + 2
+                && cross(hull[hull.len() - 2], hull[hull.len() - 1], point) <= 0.0
+            {
+                hull.pop();
+            }
+            hull.push(point);
+        };
+        if pass == 0 {
+            points.iter().copied().for_each(&mut add);
+        } else {
+            points.iter().rev().copied().for_each(&mut add);
+        }
+        hull.pop();
+    }
+    hull
+}

@@ -1,0 +1,85 @@
+//! A picture made smaller.
+
+use super::Circle;
+use crate::picture::Picture;
+
+/// The means of squares of pixels.
+pub(super) struct Reduced {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Pixels of the picture to one of these.
+    pub(super) scale: usize,
+    /// Linear radiance.
+    pub(super) values: Vec<[f64; 3]>,
+    /// What is about white.
+    pub(super) white: f64,
+    /// From which on a value is saturated.
+    ceiling: f64,
+}
+
+impl Reduced {
+    /// A picture of which `scale` × `scale` pixels are made one.
+    pub(super) fn of(picture: &Picture, scale: usize) -> Self {
+        let (width, height) = (picture.width() / scale, picture.height() / scale);
+        let white = if picture.is_encoded() {
+            1.0
+        } else {
+            5.0 * picture.mean_luminance() + f64::MIN_POSITIVE
+        };
+        let share = 1.0 / (scale * scale) as f64;
+        let values = (0..width * height)
+            .map(|i| {
+                let (row, column) = (i / width * scale, i % width * scale);
+                let mut sum = [0.0; 3];
+                for y in row..row + scale {
+                    for rgb in &picture.pixels()[y * picture.width() + column..][..scale] {
+                        for c in 0..3 {
+                            sum[c] += share * rgb[c];
+                        }
+                    }
+                }
+                sum
+            })
+            .collect();
+        Self {
+            width,
+            height,
+            scale,
+            values,
+            white,
+            ceiling: if picture.is_encoded() {
+                0.97
+            } else {
+                f64::INFINITY
+            },
+        }
+    }
+
+    /// Whether a circle holds little but what is saturated: it is a lamp.
+    pub(super) fn is_saturated(&self, circle: Circle) -> bool {
+        let (mut count, mut saturated) = (0, 0);
+        for (i, rgb) in self.values.iter().enumerate() {
+            let (x, y) = ((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
+            if (x - circle.x).powi(2) + (y - circle.y).powi(2) < (0.9 * circle.radius).powi(2) {
+                count += 1;
+                saturated += usize::from(rgb.iter().all(|value| *value >= self.ceiling));
+            }
+        }
+        saturated * 10 > count * 9
+    }
+
+    /// Bilinear, with the border continued.
+    pub(super) fn at(&self, x: f64, y: f64) -> [f64; 3] {
+        let within = |v: f64, length: usize| (v - 0.5).clamp(0.0, (length - 1) as f64);
+        let (x, y) = (within(x, self.width), within(y, self.height));
+        let (left, top) = (x as usize, y as usize);
+        let (u, v) = (x - left as f64, y - top as f64);
+        let right = (left + 1).min(self.width - 1);
+        let rows = [top, (top + 1).min(self.height - 1)].map(|row| row * self.width);
+        let corners = rows.map(|row| [self.values[row + left], self.values[row + right]]);
+        std::array::from_fn(|c| {
+            let [above, below] = corners.map(|[a, b]| (1.0 - u) * a[c] + u * b[c]);
+            (1.0 - v) * above + v * below
+        })
+    }
+}

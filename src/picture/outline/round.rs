@@ -1,0 +1,242 @@
+//! The sphere before anything: the roundest edge in the picture.
+
+use std::f64::consts::{LN_10, TAU};
+
+use super::Circle;
+use super::edges::{Edge, Edges};
+use super::fit::weighted_least_squares;
+use super::rays::Rays;
+use super::reduced::Reduced;
+use super::vote;
+use crate::picture::Picture;
+use crate::{Error, Result};
+
+/// A picture is made smaller until its shorter side is at most so many pixels.
+const SIDE: usize = 160;
+
+/// So many of the circles that were voted for are looked at.
+const CANDIDATES: usize = 40;
+
+/// And so many of those that edges support are followed along rays.
+const FOLLOWED: usize = 12;
+
+/// The least share of the outline that has to have an edge along it.
+const LEAST_SEEN: f64 = 0.5;
+
+/// The least share of the outline at which the light has to break nowhere but there.
+const LEAST_SHARP: f64 = 0.35;
+
+/// A circle like this one, or one with more edges along it, is expected in one of 10^8 places where edges lie by chance.
+const LEAST_SCORE: f64 = 8.0;
+
+/// What speaks for a circle.
+#[derive(Debug, Clone, Copy)]
+struct Support {
+    circle: Circle,
+    /// The share of the outline at which there is an edge along it.
+    seen: f64,
+    /// How unlikely that is by chance: the negative logarithm, to base 10.
+    score: f64,
+    /// The share of the outline at which the light breaks there rather than beside it.
+    sharp: f64,
+    /// How much better a break on the circle explains the light across it than none.
+    gain: f64,
+}
+
+/// The least score of another sphere, over that of the one that is chosen.
+const ANOTHER: f64 = 0.4;
+
+/// The roundest edge, and what else in the picture is round, apart from it, of at least half and at most twice its size, and almost as well seen.
+///
+/// The roundest edge: circles that edges vote for, each moved to where most edges are and then to where the light breaks, and judged by
+/// how much of them is seen, against what the edges around would make of a circle by chance.
+///
+/// # Errors
+/// A picture in which no circle passes the least of that, and one in which all that does is saturated.
+pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
+    let side = picture.width().min(picture.height());
+    let picture = Reduced::of(picture, side.div_ceil(SIDE));
+    let scale = picture.scale as f64;
+    let edges = Edges::of(&picture);
+    let least = (0.05 * side as f64 / scale).max(5.0);
+    let mut supports: Vec<Support> = vote::candidates(&edges, least, CANDIDATES)
+        .into_iter()
+        .filter_map(|candidate| settle(&edges, candidate))
+        .map(|circle| support(&edges, circle))
+        .collect();
+    supports.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let mut followed: Vec<Support> = Vec::new();
+    for support in supports {
+        let other = |of: &Support| of.circle.apart(support.circle) >= 1.0;
+        if followed.len() < FOLLOWED && followed.iter().all(other) {
+            followed.push(support);
+        }
+    }
+    for support in &mut followed {
+        follow(&picture, support);
+    }
+    let (saturated, followed): (Vec<Support>, Vec<Support>) = followed
+        .into_iter()
+        .partition(|support| picture.is_saturated(support.circle));
+    let passes = |support: &Support| {
+        support.score > LEAST_SCORE && support.seen > LEAST_SEEN && support.sharp > LEAST_SHARP
+    };
+    if let Some(best) = choose(&followed).filter(passes) {
+        let whole = |circle: Circle| Circle {
+            x: circle.x * scale,
+            y: circle.y * scale,
+            radius: circle.radius * scale,
+        };
+        let mut apart = vec![best.circle];
+        for support in followed.iter().chain(&saturated).filter(|s| passes(s)) {
+            let circle = support.circle;
+            let ratio = circle.radius / best.circle.radius;
+            let beside = |other: &Circle| {
+                let centres = (circle.x - other.x).hypot(circle.y - other.y);
+                centres > 0.9 * (circle.radius + other.radius)
+            };
+            if support.score > ANOTHER * best.score
+                && (0.5..2.0).contains(&ratio)
+                && apart.iter().all(beside)
+            {
+                apart.push(circle);
+            }
+        }
+        return Ok((
+            whole(best.circle),
+            apart.into_iter().skip(1).map(whole).collect(),
+        ));
+    }
+    Err(Error::Unanswerable(if saturated.iter().any(passes) {
+        "all that is round in the picture is saturated, a lamp or a sphere exposed too much; give a sphere with --circle x,y,r".into()
+    } else {
+        "no sphere is to be seen in the picture; give it with --circle x,y,r".into()
+    }))
+}
+
+/// The circle with the best score; but rather one around it, and of those that are all but the same the one on which the light breaks best.
+fn choose(supports: &[Support]) -> Option<Support> {
+    let best_of = |supports: &mut dyn Iterator<Item = &Support>, by: fn(&Support) -> f64| {
+        supports.max_by(|a, b| by(a).total_cmp(&by(b))).copied()
+    };
+    let mut best = best_of(&mut supports.iter(), |support| support.score)?;
+    // What lies within a sphere is a highlight on it, or the image in it of what is around.
+    let around = |outer: &&Support| {
+        let apart = (outer.circle.x - best.circle.x).hypot(outer.circle.y - best.circle.y);
+        outer.circle.radius > 1.1 * best.circle.radius
+            && apart + best.circle.radius < 1.02 * outer.circle.radius
+            && outer.sharp > 0.45
+            && outer.seen > 0.55
+            && outer.score > 0.3 * best.score
+    };
+    if let Some(outer) = best_of(&mut supports.iter().filter(around), |support| support.score) {
+        best = outer;
+    }
+    let near = |other: &&Support| {
+        other.circle.apart(best.circle) < 0.12 * best.circle.radius
+            && other.score > 0.6 * best.score
+    };
+    best_of(&mut supports.iter().filter(near), |support| support.gain)
+}
+
+/// The circle that most edges near a rough one lie on: least squares with weights that fall off with the distance, ever faster
+/// (Tukey's biweight, of a width that shrinks).
+fn settle(edges: &Edges, rough: Circle) -> Option<Circle> {
+    let reach = 0.12 * rough.radius + 1.0;
+    let near: Vec<Edge> = edges
+        .edges
+        .iter()
+        .filter(|edge| {
+            let (off, cosine) = edge.against(rough);
+            off.abs() < reach && cosine > 0.93
+        })
+        .copied()
+        .collect();
+    let mut circle = rough;
+    let mut width = 0.05 * rough.radius + 0.5;
+    for _ in 0..14 {
+        let weigh = |edge: &Edge| {
+            let (off, cosine) = edge.against(circle);
+            let part = 1.0 - (off / (2.0 * width)).powi(2);
+            let weight = if part > 0.0 && cosine > 0.9 {
+                edge.strength * part * part
+            } else {
+                0.0
+            };
+            ((edge.x, edge.y), weight)
+        };
+        circle = weighted_least_squares(near.iter().map(weigh), circle)?;
+        width = (0.75 * width).max(0.5);
+    }
+    let slack = 1.5;
+    let inside = circle.x - circle.radius > -slack
+        && circle.y - circle.radius > -slack
+        && circle.x + circle.radius < edges.width as f64 + slack
+        && circle.y + circle.radius < edges.height as f64 + slack;
+    (inside && circle.radius > 4.0 && circle.radius < 2.0 * rough.radius).then_some(circle)
+}
+
+/// How many edges lie along a circle, and how many would by chance: as many as along circles about the same centre that are smaller or
+/// larger.
+///
+/// The score is the tail of the binomial distribution by Chernoff's bound, n·KL(seen ‖ chance), with an independent place every four pixels: what
+/// is called meaningful a contrario (Desolneux, Moisan and Morel 2000, doi:10.1023/A:1026593302236).
+fn support(edges: &Edges, circle: Circle) -> Support {
+    const TOLERANCE: f64 = 0.75;
+    let bins = (TAU * circle.radius / 2.0).ceil() as usize;
+    // Rings 2·TOLERANCE wide; the middle one is the circle itself.
+    let middle = ((0.3 * circle.radius / (2.0 * TOLERANCE)).ceil() as usize).clamp(3, 20);
+    let rings = 2 * middle + 1;
+    let mut hit = vec![false; bins * rings];
+    for edge in &edges.edges {
+        let (off, cosine) = edge.against(circle);
+        let ring = (off / (2.0 * TOLERANCE)).round() + middle as f64;
+        if cosine < 0.94 || ring < 0.0 || ring >= rings as f64 {
+            continue;
+        }
+        let turn = (edge.y - circle.y).atan2(edge.x - circle.x) / TAU + 0.5;
+        let bin = ((turn * bins as f64) as usize).min(bins - 1);
+        hit[ring as usize * bins + bin] = true;
+    }
+    let share = |ring: usize| {
+        let hits = hit[ring * bins..][..bins].iter().filter(|hit| **hit);
+        hits.count() as f64 / bins as f64
+    };
+    let seen = share(middle);
+    let others: Vec<f64> = (0..rings)
+        .filter(|ring| ring.abs_diff(middle) > 1)
+        .map(share)
+        .collect();
+    let chance = (others.iter().sum::<f64>() / others.len() as f64).clamp(0.02, 0.98);
+    let score = if seen > chance {
+        let missed = 1.0 - seen;
+        let divergence = seen * (seen / chance).ln()
+            + missed * (missed.max(f64::MIN_POSITIVE) / (1.0 - chance)).ln();
+        0.5 * bins as f64 * divergence / LN_10
+    } else {
+        0.0
+    };
+    Support {
+        circle,
+        seen,
+        score,
+        sharp: 0.0,
+        gain: 0.0,
+    }
+}
+
+/// Moves a circle to where the light breaks.
+fn follow(picture: &Reduced, support: &mut Support) {
+    let mut rays = Rays::across(picture, support.circle);
+    for _ in 0..3 {
+        let next = rays.best();
+        let moved = next.apart(support.circle);
+        support.circle = next;
+        rays = Rays::across(picture, next);
+        if moved < 0.2 {
+            break;
+        }
+    }
+    support.sharp = rays.sharp();
+    support.gain = rays.gain([0.0; 3]);
+}

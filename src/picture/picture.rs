@@ -1,0 +1,182 @@
+//! A picture from a camera or a renderer, as linear radiance.
+
+use crate::error::check_length;
+#[cfg(feature = "files")]
+use crate::files::linear_of_srgb;
+use crate::illumination::Luminance;
+use crate::{Error, Result};
+
+/// A picture as linear radiance, with a sphere somewhere in it.
+///
+/// Rows from the top, each from the left; the first pixel's centre is at (½, ½).
+///
+/// ```
+/// use lobes::picture::{Circle, Picture};
+///
+/// // A grey ball before a black background, as a renderer might leave it.
+/// let ball = |x: f64, y: f64| if (x - 50.0).hypot(y - 40.0) < 30.0 { [0.3 + 0.004 * y + 0.001 * x; 3] } else { [0.0; 3] };
+/// let pixels = (0..100 * 80).map(|i| ball((i % 100) as f64 + 0.5, (i / 100) as f64 + 0.5));
+/// let picture = Picture::linear(100, 80, pixels.collect())?;
+/// let circle = picture.circle()?;
+/// assert!((circle.radius - 30.0).abs() < 0.3);
+/// assert_eq!(picture.sphere(circle)?.saturated, 0.0);
+/// # Ok::<(), lobes::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) pixels: Vec<[f64; 3]>,
+    /// How much of each pixel a mask leaves; everything where there is none.
+    pub(super) mask: Option<Vec<f64>>,
+    /// The value from which on a pixel is saturated.
+    pub(super) ceiling: f64,
+    /// Whether it came as codes, not as radiance.
+    pub(super) encoded: bool,
+    /// The focal length in pixels, where it is known.
+    pub(super) focal: Option<f64>,
+}
+
+/// An 8-bit code from which on a pixel counts as saturated: JPEG smears the last few.
+#[cfg(feature = "files")]
+const SATURATED: f64 = 252.0 / 255.0;
+
+impl Picture {
+    /// A picture of linear radiance.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there are `width` · `height` pixels and one at least; [`Error::NotFinite`].
+    pub fn linear(width: usize, height: usize, pixels: Vec<[f64; 3]>) -> Result<Self> {
+        check_length("the picture", width.saturating_mul(height), pixels.len())?;
+        if pixels.is_empty() {
+            return Err(Error::Unanswerable("the picture has no pixel".into()));
+        }
+        for (index, rgb) in pixels.iter().enumerate() {
+            if let Some(value) = rgb.iter().find(|value| !value.is_finite()) {
+                return Err(Error::NotFinite {
+                    what: "the picture",
+                    index,
+                    value: *value,
+                });
+            }
+        }
+        Ok(Self {
+            width,
+            height,
+            pixels,
+            mask: None,
+            ceiling: f64::INFINITY,
+            encoded: false,
+            focal: None,
+        })
+    }
+
+    /// A picture of sRGB codes, each on [0, 1]: those of 8 bits over 255, of 16 bits over 65 535. Codes from 252/255 on are saturated.
+    ///
+    /// # Errors
+    /// As [`linear`](Self::linear).
+    #[cfg(feature = "files")]
+    pub fn encoded(width: usize, height: usize, mut codes: Vec<[f64; 3]>) -> Result<Self> {
+        for rgb in &mut codes {
+            *rgb = rgb.map(linear_of_srgb);
+        }
+        Ok(Self::linear(width, height, codes)?.as_encoded())
+    }
+
+    /// The same radiance, taken as having come as sRGB codes: from that of the code 252/255 on it is saturated.
+    #[cfg(feature = "files")]
+    #[must_use]
+    pub fn as_encoded(self) -> Self {
+        Self {
+            ceiling: linear_of_srgb(SATURATED),
+            encoded: true,
+            ..self
+        }
+    }
+
+    /// A picture of linear radiance that came as codes, saturated from `ceiling` on.
+    #[cfg(feature = "files")]
+    pub(super) fn decoded(
+        width: usize,
+        height: usize,
+        pixels: Vec<[f64; 3]>,
+        ceiling: f64,
+    ) -> Result<Self> {
+        Ok(Self {
+            ceiling,
+            encoded: true,
+            ..Self::linear(width, height, pixels)?
+        })
+    }
+
+    /// With how much of each pixel a mask (an alpha channel) leaves, on [0, 1]. A mask that leaves everything is none.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is one value a pixel.
+    pub fn with_mask(mut self, mask: Vec<f64>) -> Result<Self> {
+        check_length("the mask", self.pixels.len(), mask.len())?;
+        self.mask = mask.iter().any(|part| *part < 0.5).then_some(mask);
+        Ok(self)
+    }
+
+    /// With the focal length in pixels, by which the camera's distance in radii of the sphere is known.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for one that is not positive and finite.
+    pub fn with_focal_length(mut self, pixels: f64) -> Result<Self> {
+        if !(pixels > 0.0 && pixels.is_finite()) {
+            return Err(Error::Domain {
+                what: "the focal length in pixels",
+                value: pixels,
+                allowed: "finite and above 0",
+            });
+        }
+        self.focal = Some(pixels);
+        Ok(self)
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Linear radiance, row by row.
+    pub fn pixels(&self) -> &[[f64; 3]] {
+        &self.pixels
+    }
+
+    /// Whether it came as sRGB codes.
+    pub fn is_encoded(&self) -> bool {
+        self.encoded
+    }
+
+    /// How much of each pixel the mask leaves, row by row; nothing where there is no mask.
+    pub fn mask(&self) -> Option<&[f64]> {
+        self.mask.as_deref()
+    }
+
+    /// Whether a mask tells where the sphere is.
+    pub fn has_mask(&self) -> bool {
+        self.mask.is_some()
+    }
+
+    /// The focal length in pixels, where it is known.
+    pub fn focal_length(&self) -> Option<f64> {
+        self.focal
+    }
+
+    /// The mean luminance.
+    pub(super) fn mean_luminance(&self) -> f64 {
+        let sum: f64 = self
+            .pixels
+            .iter()
+            .map(|rgb| Luminance::Rec709.of(*rgb))
+            .sum();
+        sum / self.pixels.len() as f64
+    }
+}

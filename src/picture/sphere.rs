@@ -1,0 +1,324 @@
+//! The sphere in a picture: found, and cut out.
+
+use glam::DVec3;
+
+use super::circle::Circle;
+use super::outline;
+use super::picture::Picture;
+use crate::illumination::Luminance;
+use crate::reflection::{Camera, SphereImage};
+use crate::{Error, Result};
+
+/// The sphere of a picture, cut out.
+#[derive(Debug, Clone)]
+pub struct Sphere {
+    /// Its picture, [`Self::SIZE`] pixels a side. The camera stands towards +z: orthographic, or as far as the focal length says.
+    pub image: SphereImage,
+    /// The share of its pixels that are saturated.
+    pub saturated: f64,
+    /// Whether values above some limit were cut off, as a camera's and those of codes are.
+    pub clipped: bool,
+}
+
+impl Sphere {
+    /// Pixels a side of every sphere that is read, those to learn from and those to be judged.
+    pub const SIZE: usize = 96;
+
+    /// Whether all three channels are one.
+    pub fn is_grey(&self) -> bool {
+        let pixels = || self.image.iter().map(|(_, _, rgb)| rgb);
+        let largest = pixels().fold(0.0, |largest, rgb| f64::max(largest, rgb[1]));
+        let close = 1e-3 * largest;
+        let mut all = pixels();
+        all.all(|[r, g, b]| (r - g).abs() <= close && (b - g).abs() <= close)
+    }
+}
+
+/// The largest share of saturated pixels of a sphere that can still be read.
+const MOST_SATURATED: f64 = 0.9;
+
+/// A plateau at the largest value that takes up this share of a linear picture's sphere was cut off there.
+const PLATEAU: f64 = 2e-3;
+
+impl Picture {
+    /// Where the sphere is: by the mask where there is one, else found in the picture.
+    ///
+    /// What was found should be looked at: a picture full of edges can hold a circle that is no sphere.
+    ///
+    /// # Errors
+    /// [`Error::Unanswerable`] for a mask that is not round and a picture without a sphere.
+    pub fn circle(&self) -> Result<Circle> {
+        Ok(self.circles()?.0)
+    }
+
+    /// [`circle`](Self::circle), and what else in the picture may be a sphere: round things apart from it, of a similar size and almost as well seen.
+    /// A picture with a mask, or before a background of one value, has one.
+    ///
+    /// # Errors
+    /// As [`circle`](Self::circle).
+    pub fn circles(&self) -> Result<(Circle, Vec<Circle>)> {
+        match &self.mask {
+            Some(mask) => Ok((outline::of_mask(mask, self.width)?, Vec::new())),
+            None => outline::find(self),
+        }
+    }
+
+    /// The sphere within a circle, cut out: each pixel the mean of what it covers.
+    ///
+    /// Only pixels that lie in the circle as a whole are read, so that nothing of the background is mixed in; what lies farther out
+    /// is taken from the nearest of them.
+    ///
+    /// # Errors
+    /// [`Error::Unanswerable`] for a circle that leaves the picture or is smaller than 8 pixels in radius, and for a sphere that is black or all but
+    /// saturated.
+    pub fn sphere(&self, circle: Circle) -> Result<Sphere> {
+        let slack = 1.0 + 0.01 * circle.radius;
+        let Circle { x, y, radius } = circle;
+        if ![x, y, radius].iter().all(|value| value.is_finite())
+            || x - radius < -slack
+            || y - radius < -slack
+            || x + radius > self.width as f64 + slack
+            || y + radius > self.height as f64 + slack
+        {
+            return Err(Error::Unanswerable(format!(
+                "the circle {x:.1},{y:.1},{radius:.1} leaves the picture of {} by {} pixels; give one inside it",
+                self.width, self.height
+            )));
+        }
+        if radius < 8.0 {
+            return Err(Error::Unanswerable(format!(
+                "a sphere of {radius:.1} pixels radius is too small to be read; 8 are needed"
+            )));
+        }
+        let ceiling = self.ceiling_within(circle);
+        let size = Sphere::SIZE;
+        let pitch = 2.0 * radius / size as f64;
+        let samples = (pitch.ceil() as usize).max(1);
+        // A whole pixel farther in than the outline, and what bilinear interpolation reaches for beyond.
+        let limit = radius - 1.5;
+        let whole = |column: usize, row: usize| {
+            (column as f64 + 0.5 - x).hypot(row as f64 + 0.5 - y) < radius - 0.7
+        };
+        let (mut clipped, mut count) = (0.0, 0.0);
+        let mut pixels = Vec::with_capacity(size * size);
+        for i in 0..size * size {
+            let (row, column) = ((i / size) as f64, (i % size) as f64);
+            let (mut sum, mut inside) = ([0.0; 3], 0.0);
+            for j in 0..samples * samples {
+                let (v, u) = ((j / samples) as f64, (j % samples) as f64);
+                let part = samples as f64;
+                let mut right = (column + (u + 0.5) / part) * pitch - radius;
+                let mut down = (row + (v + 0.5) / part) * pitch - radius;
+                let off = right.hypot(down);
+                if off > radius {
+                    continue;
+                }
+                if off > limit {
+                    right *= limit / off;
+                    down *= limit / off;
+                }
+                let rgb = self.interpolate(x + right, y + down, whole);
+                for channel in 0..3 {
+                    sum[channel] += rgb[channel];
+                }
+                inside += 1.0;
+                count += 1.0;
+                clipped += f64::from(u8::from(rgb.iter().any(|value| *value >= ceiling)));
+            }
+            pixels.push(sum.map(|sum| sum / f64::max(inside, 1.0)));
+        }
+        let saturated = clipped / f64::max(count, 1.0);
+        if saturated > MOST_SATURATED {
+            return Err(Error::Unanswerable(format!(
+                "{:.0} % of the sphere is saturated; expose it less",
+                100.0 * saturated
+            )));
+        }
+        let camera = match self.focal {
+            // The outline is seen under the angle whose tangent is r/f.
+            Some(focal) => {
+                let distance = focal.hypot(radius) / radius;
+                Camera::perspective(DVec3::Z, DVec3::Y, distance)?
+            }
+            None => Camera::orthographic(DVec3::Z, DVec3::Y)?,
+        };
+        let image = SphereImage::new(camera, size, pixels)?;
+        let mean = Luminance::Rec709.of(image.mean());
+        if mean.is_nan() || mean <= 0.0 {
+            return Err(Error::Unanswerable(
+                "the sphere is black; expose it more".into(),
+            ));
+        }
+        Ok(Sphere {
+            image,
+            saturated,
+            clipped: ceiling.is_finite(),
+        })
+    }
+
+    /// The value from which on the pixels within a circle are saturated: that of codes or, in radiance, the largest one where so many
+    /// pixels have it that they were cut off there.
+    fn ceiling_within(&self, circle: Circle) -> f64 {
+        if self.encoded {
+            return self.ceiling;
+        }
+        let (mut largest, mut at, mut count) = (0.0f64, 0.0, 0.0);
+        for (i, rgb) in self.pixels.iter().enumerate() {
+            let (x, y) = ((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
+            if (x - circle.x).hypot(y - circle.y) >= circle.radius - 0.7 {
+                continue;
+            }
+            count += 1.0;
+            let brightest = rgb.iter().copied().fold(0.0, f64::max);
+            if brightest > largest {
+                (largest, at) = (brightest, 1.0);
+            } else if brightest == largest {
+                at += 1.0;
+            }
+        }
+        // A flat picture has one value, and is not cut off.
+        let share = at / f64::max(count, 1.0);
+        if at >= 8.0 && share > PLATEAU && share < 0.99 {
+            largest
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Bilinear among the pixels that `counts` (column, row) lets count, with the picture's edge continued; the nearest where none does.
+    fn interpolate(&self, x: f64, y: f64, counts: impl Fn(usize, usize) -> bool) -> [f64; 3] {
+        let clamp = |v: f64, length: usize| v.clamp(0.0, (length - 1) as f64);
+        let (x, y) = (clamp(x - 0.5, self.width), clamp(y - 0.5, self.height));
+        let (left, top) = (x.floor() as usize, y.floor() as usize);
+        let (fx, fy) = (x - left as f64, y - top as f64);
+        let (mut sum, mut total) = ([0.0; 3], 0.0);
+        for (dy, wy) in [(0, 1.0 - fy), (1, fy)] {
+            for (dx, wx) in [(0, 1.0 - fx), (1, fx)] {
+                let (column, row) = (
+                    (left + dx).min(self.width - 1),
+                    (top + dy).min(self.height - 1),
+                );
+                if wx * wy > 0.0 && counts(column, row) {
+                    let rgb = self.pixels[row * self.width + column];
+                    for channel in 0..3 {
+                        sum[channel] += wx * wy * rgb[channel];
+                    }
+                    total += wx * wy;
+                }
+            }
+        }
+        if total > 0.0 {
+            return sum.map(|sum| sum / total);
+        }
+        let (column, row) = (x.round() as usize, y.round() as usize);
+        self.pixels[row.min(self.height - 1) * self.width + column.min(self.width - 1)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    #[cfg(feature = "files")]
+    use crate::files::linear_of_srgb;
+
+    fn ball() -> Picture {
+        // 1 on the left, 3 on the right.
+        let pixels = (0..200 * 200).map(|i| [if i % 200 < 100 { 1.0 } else { 3.0 }; 3]);
+        Picture::linear(200, 200, pixels.collect()).unwrap()
+    }
+
+    const CIRCLE: Circle = Circle {
+        x: 100.0,
+        y: 100.0,
+        radius: 64.0,
+    };
+
+    #[test]
+    fn a_sphere_is_the_mean_of_what_it_covers() {
+        let sphere = ball().sphere(CIRCLE).unwrap();
+        assert!(
+            (sphere.saturated - 0.5).abs() < 0.01,
+            "half of it at the largest value: cut off there"
+        );
+        assert_eq!(sphere.image.get(48, 12), Some([1.0; 3]));
+        assert_eq!(sphere.image.get(48, 84), Some([3.0; 3]));
+        assert!(sphere.image.camera().distance().is_none());
+        assert!(sphere.is_grey());
+        let near = ball().with_focal_length(64.0).unwrap();
+        let distance = near.sphere(CIRCLE).unwrap().image.camera().distance();
+        assert!(
+            (distance.unwrap() - 2f64.sqrt()).abs() < 1e-12,
+            "f = r is seen under 90°"
+        );
+    }
+
+    #[test]
+    fn nothing_behind_the_sphere_is_mixed_in() {
+        for radius in [12.3, 40.0, 150.0] {
+            let side = (2.0f64 * radius).ceil() as usize + 9;
+            let (x, y) = (radius + 3.2, radius + 4.9);
+            let pixels = (0..side * side).map(|i| {
+                let off = ((i % side) as f64 + 0.5 - x).hypot((i / side) as f64 + 0.5 - y);
+                [if off < radius - 0.7 { 1.0 } else { 1e6 }; 3]
+            });
+            let picture = Picture::linear(side, side, pixels.collect()).unwrap();
+            let sphere = picture.sphere(Circle { x, y, radius }).unwrap();
+            assert!(
+                sphere
+                    .image
+                    .iter()
+                    .all(|(_, _, rgb)| (rgb[0] - 1.0).abs() < 1e-12),
+                "{radius}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_refused() {
+        let picture = ball();
+        // The circle may not leave the picture, nor be tiny.
+        for (x, radius) in [(60.0, 64.0), (100.0, 120.0), (100.0, 4.0), (f64::NAN, 64.0)] {
+            let circle = Circle {
+                x,
+                y: 100.0,
+                radius,
+            };
+            assert!(picture.sphere(circle).is_err());
+        }
+        let flat = |value: f64| Picture::linear(200, 200, vec![[value; 3]; 200 * 200]).unwrap();
+        let message = flat(0.0).sphere(CIRCLE).unwrap_err().to_string();
+        assert!(message.contains("black"), "{message}");
+        assert!(Picture::linear(2, 2, vec![[1.0; 3]; 3]).is_err());
+        assert!(Picture::linear(0, 7, Vec::new()).is_err());
+        assert!(Picture::linear(1, 1, vec![[1.0, f64::NAN, 1.0]]).is_err());
+        assert!(ball().with_mask(vec![1.0; 3]).is_err());
+        assert!(ball().with_focal_length(0.0).is_err());
+        assert!(!ball().with_mask(vec![1.0; 200 * 200]).unwrap().has_mask());
+    }
+
+    #[cfg(feature = "files")]
+    #[test]
+    fn codes_are_decoded_and_the_last_ones_are_saturated() {
+        let half = [128.0 / 255.0; 3];
+        let mut codes = vec![half; 200 * 200];
+        let picture = Picture::encoded(200, 200, codes.clone()).unwrap();
+        assert!((picture.pixels()[0][1] - linear_of_srgb(128.0 / 255.0)).abs() < 1e-15);
+        let sphere = picture.sphere(CIRCLE).unwrap();
+        assert_eq!((sphere.saturated, sphere.clipped), (0.0, true));
+        for code in codes.iter_mut().take(100 * 200) {
+            *code = [0.5, 1.0, 0.5];
+        }
+        let sphere = Picture::encoded(200, 200, codes)
+            .unwrap()
+            .sphere(CIRCLE)
+            .unwrap();
+        assert!(
+            (sphere.saturated - 0.5).abs() < 0.01,
+            "{}",
+            sphere.saturated
+        );
+        let white = Picture::encoded(200, 200, vec![[1.0; 3]; 200 * 200]).unwrap();
+        let message = white.sphere(CIRCLE).unwrap_err().to_string();
+        assert!(message.contains("saturated"), "{message}");
+    }
+}
