@@ -1,4 +1,4 @@
-//! What the fuzzers call, and what `tests/fuzz_corpus.rs` calls with the corpora: readers with any bytes, and numeric entry points with
+//! What the fuzzers call, and what `cli/tests/fuzz_corpus.rs` calls with the corpora: readers with any bytes, and numeric entry points with
 //! any lengths and values.
 //!
 //! A target passes if nothing panics and what is promised of an answer holds: a picture is of the size that it says, moderate numbers give

@@ -18,7 +18,7 @@ pub(super) fn contracts() -> Vec<Contract> {
     vec![
         Contract {
             id: "evaluation/wilson",
-            function: "classify::wilson",
+            function: "experiments::wilson",
             oracle: ORACLE,
             domain: "0 of 1 to 50 000 of 100 001, levels 0.5, 0.9, 0.95 and 0.999",
             metric: Metric::Absolute,
@@ -29,7 +29,7 @@ pub(super) fn contracts() -> Vec<Contract> {
         },
         Contract {
             id: "evaluation/nearest-neighbour",
-            function: "classify::{NearestNeighbour, leave_one_illumination_out}",
+            function: "experiments::{NearestNeighbour, leave_one_illumination_out}",
             oracle: ORACLE,
             domain: NOISE,
             metric: Metric::Mismatch,
@@ -40,7 +40,7 @@ pub(super) fn contracts() -> Vec<Contract> {
         },
         Contract {
             id: "evaluation/nearest-distance",
-            function: "classify::NearestNeighbour::score",
+            function: "experiments::NearestNeighbour::score",
             oracle: ORACLE,
             domain: NOISE,
             metric: Metric::Relative,

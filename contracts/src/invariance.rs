@@ -43,7 +43,7 @@ pub(super) fn contracts() -> Vec<Contract> {
     };
     let names = Contract {
         id: "invariance/names",
-        function: "classify::NearestNeighbour",
+        function: "experiments::NearestNeighbour",
         oracle: Oracle::Identity("the camera's roll changes none of the materials' names"),
         domain: "",
         metric: Metric::Absolute,

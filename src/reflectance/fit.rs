@@ -9,7 +9,9 @@ use std::path::Path;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-use super::ward::{HORIZON, MIN_SIGMA, Variant, Ward};
+use super::direction::{HORIZON, visible};
+use super::variant::Variant;
+use super::ward::{MIN_SIGMA, Ward};
 use crate::{Error, Result};
 
 /// One measured value of a BRDF.
@@ -206,7 +208,7 @@ fn check(measurements: &[Measurement]) -> Result<()> {
     }
     for (index, m) in measurements.iter().enumerate() {
         for direction in [m.light, m.view] {
-            if !super::ward::visible(direction) {
+            if !visible(direction) {
                 return Err(Error::Domain {
                     what: "the cosine of a measured direction with the normal",
                     value: direction.z,

@@ -7,7 +7,8 @@ use glam::DVec3;
 use super::gauss::RULE;
 use super::hemisphere;
 use super::slope::REACH;
-use super::ward::{Variant, Ward};
+use super::variant::Variant;
+use super::ward::Ward;
 use crate::harmonics::{Basis, Coefficients};
 use crate::{Error, Parallelism, Result};
 

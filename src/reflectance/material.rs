@@ -1,6 +1,7 @@
 //! Materials: a Lambert part and a specular part, for three channels.
 
-use super::ward::{MIN_SIGMA, Variant, Ward};
+use super::variant::Variant;
+use super::ward::{MIN_SIGMA, Ward};
 use crate::{Error, Result};
 
 /// How rough the specular part is.

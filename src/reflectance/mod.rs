@@ -5,6 +5,7 @@
 
 pub mod approximation;
 mod batch;
+mod direction;
 mod finish;
 pub mod fit;
 mod gauss;
@@ -16,11 +17,14 @@ mod material;
 pub mod recover;
 mod slope;
 mod turn;
+mod variant;
 mod ward;
 mod zonal;
 
+pub use direction::HORIZON;
 pub use finish::Finish;
 pub use isotropic::{IsotropicCoefficients, MAX_ISOTROPIC_DEGREE};
 pub use material::{Material, Roughness, presets, presets_as_albedos};
-pub use ward::{HORIZON, MIN_SIGMA, Sample, Variant, Ward};
+pub use variant::Variant;
+pub use ward::{MIN_SIGMA, Sample, Ward};
 pub use zonal::MAX_ZONAL_DEGREE;

@@ -1,7 +1,8 @@
 //! The inverse with known light: the kernel from what a surface reflects, and the lobe from the kernel.
 
 use super::lambert;
-use super::ward::{MIN_SIGMA, Variant, Ward};
+use super::variant::Variant;
+use super::ward::{MIN_SIGMA, Ward};
 use crate::harmonics::Coefficients;
 use crate::{Error, Result};
 

@@ -1,6 +1,6 @@
 //! The tables and figures of `docs/ward.md`, made here.
 //!
-//! `LOBES_WRITE_DOCUMENTS=1 cargo test --test library reflectance_document` writes them; without it the test fails where they are not what is
+//! `LOBES_WRITE_DOCUMENTS=1 cargo test --test command ward_document` writes them; without it the test fails where they are not what is
 //! measured.
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write;
@@ -448,7 +448,7 @@ fn the_document_says_what_is_measured() {
         }
         return;
     }
-    let remedy = "run LOBES_WRITE_DOCUMENTS=1 cargo test --test library reflectance_document";
+    let remedy = "run LOBES_WRITE_DOCUMENTS=1 cargo test --test command ward_document";
     assert!(made == text, "docs/ward.md is stale; {remedy}");
     for (name, figure) in figures {
         assert!(
