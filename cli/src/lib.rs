@@ -16,6 +16,7 @@ mod list;
 mod materials;
 mod named;
 mod output;
+mod place;
 mod progress;
 mod render;
 pub mod report;

@@ -92,3 +92,16 @@ fn read_groups(path: &Path, names: &[&str]) -> Result<Scenes> {
     }
     Scenes::of_groups(names, &file.groups).map_err(|error| named::in_file(path, error))
 }
+
+/// The error of a name that is neither a file's nor a built-in map's.
+pub(crate) fn no_light(path: &Path, builtin: &[EnvironmentMap]) -> Error {
+    let names: Vec<&str> = builtin.iter().map(EnvironmentMap::name).collect();
+    Error::file(
+        path,
+        "is neither a file nor a built-in map",
+        format!(
+            "the built-in maps are {}",
+            named::nearest_first(&path.to_string_lossy(), &names).join(", ")
+        ),
+    )
+}

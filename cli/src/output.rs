@@ -249,3 +249,19 @@ pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     }
     result.map_err(failed)
 }
+
+/// A sphere as linear EXR, black where there is none.
+pub(crate) fn sphere_exr(image: &SphereImage) -> Result<Vec<u8>> {
+    let size = image.size();
+    let pixels = (0..size * size)
+        .map(|i| image.get(i / size, i % size).unwrap_or_default())
+        .collect();
+    encode_exr(
+        &files::Picture {
+            width: size,
+            height: size,
+            pixels,
+        },
+        Precision::Single,
+    )
+}

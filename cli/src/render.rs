@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::arguments::Render;
+use crate::lights::no_light;
 use crate::output::OutputFolder;
-use crate::reproduce::sphere_exr;
+use crate::output::sphere_exr;
+use crate::place::Place;
 use crate::{console, input, materials, named, training_set};
 use lobes::illumination::{EnvironmentMap, Luminance, builtin};
 use lobes::picture::encode_png;
@@ -79,49 +81,6 @@ pub(super) fn run(options: &Render) -> Result<()> {
     Ok(())
 }
 
-/// Where a camera stands: angles in degrees, and the distance in radii of the sphere.
-#[derive(Debug, Clone, Copy, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct Place {
-    pub(super) elevation: f64,
-    /// 0 looks along −z, and it grows to the left.
-    pub(super) azimuth: f64,
-    /// Anticlockwise, as seen by whoever looks through the camera.
-    pub(super) roll: f64,
-    /// Orthographic without it.
-    pub(super) distance: Option<f64>,
-}
-
-impl Place {
-    pub(super) fn camera(&self) -> Result<Camera> {
-        for (what, value) in [
-            ("the camera's elevation", self.elevation),
-            ("the camera's azimuth", self.azimuth),
-            ("the camera's roll", self.roll),
-        ] {
-            if !value.is_finite() {
-                return Err(Error::Domain {
-                    what,
-                    value,
-                    allowed: "a finite angle",
-                });
-            }
-        }
-        let (sin_elevation, cos_elevation) = self.elevation.to_radians().sin_cos();
-        let (sin_azimuth, cos_azimuth) = self.azimuth.to_radians().sin_cos();
-        let towards = DVec3::new(
-            cos_elevation * sin_azimuth,
-            sin_elevation,
-            cos_elevation * cos_azimuth,
-        );
-        let camera = match self.distance {
-            None => Camera::orthographic(towards, DVec3::Y),
-            Some(distance) => Camera::perspective(towards, DVec3::Y, distance),
-        }?;
-        Ok(camera.rolled(self.roll.to_radians()))
-    }
-}
-
 /// The map that `--light` names: a built-in one, or a file.
 fn light(options: &Render) -> Result<EnvironmentMap> {
     let name = options.light.as_deref().unwrap_or_default();
@@ -134,17 +93,4 @@ fn light(options: &Render) -> Result<EnvironmentMap> {
         Some(map) => Ok(map.clone()),
         None => Err(no_light(path, &maps)),
     }
-}
-
-/// The error of a name that is neither a file's nor a built-in map's.
-pub(super) fn no_light(path: &Path, builtin: &[EnvironmentMap]) -> Error {
-    let names: Vec<&str> = builtin.iter().map(EnvironmentMap::name).collect();
-    Error::file(
-        path,
-        "is neither a file nor a built-in map",
-        format!(
-            "the built-in maps are {}",
-            named::nearest_first(&path.to_string_lossy(), &names).join(", ")
-        ),
-    )
 }

@@ -778,19 +778,3 @@ fn plain_table(headings: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Ta
     }
     table
 }
-
-/// A sphere as linear EXR, black where there is none.
-pub(super) fn sphere_exr(image: &SphereImage) -> Result<Vec<u8>> {
-    let size = image.size();
-    let pixels = (0..size * size)
-        .map(|i| image.get(i / size, i % size).unwrap_or_default())
-        .collect();
-    encode_exr(
-        &files::Picture {
-            width: size,
-            height: size,
-            pixels,
-        },
-        Precision::Single,
-    )
-}

@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::arguments::Materials;
+use crate::lights::no_light;
 use crate::output::{FolderLock, write_file};
-use crate::render::{Place, no_light};
+use crate::place::Place;
 use crate::{console, materials, named, progress, slug};
 use lobes::files::{Picture, Precision, encode_exr};
 use lobes::illumination::{self, EnvironmentMap, builtin};

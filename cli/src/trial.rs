@@ -8,9 +8,9 @@ use image::{ExtendedColorType, ImageEncoder};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
+use crate::output::sphere_exr;
 use crate::progress;
 use crate::report::FilesRow;
-use crate::reproduce::sphere_exr;
 use lobes::files::srgb_of_linear;
 use lobes::illumination::{EnvironmentMap, Luminance};
 use lobes::inference::{Model, Plan, SphereFeatures, Training, View, collect};

@@ -4,7 +4,7 @@ use moxcms::{ColorProfile, DataColorSpace, ToneCurveEvaluator, ToneReprCurve};
 use nalgebra::Matrix3;
 
 use super::primaries::{Primaries, ToRec709};
-use super::{Problem, jpeg, linear_of_srgb, png};
+use super::{Problem, linear_of_srgb};
 
 /// What a PNG or JPEG holds.
 pub(crate) struct Coded {
@@ -21,17 +21,6 @@ pub(crate) struct Coded {
 
 /// JPEG smears the last few codes: from this one on a pixel counts as saturated.
 const SATURATED: f64 = 252.0 / 255.0;
-
-/// Nothing if the bytes are neither PNG nor JPEG.
-pub(crate) fn decode(bytes: &[u8]) -> Option<Result<Coded, Problem>> {
-    if bytes.starts_with(&[0x89, b'P', b'N', b'G']) {
-        Some(png::decode(bytes))
-    } else if bytes.starts_with(&[0xff, 0xd8]) {
-        Some(jpeg::decode(bytes))
-    } else {
-        None
-    }
-}
 
 /// How a code on [0, 1] becomes a linear value.
 pub(super) enum Curve {

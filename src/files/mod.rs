@@ -17,7 +17,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-pub(crate) use self::codes::{Coded, decode as decode_codes};
+pub(crate) use self::codes::Coded;
 pub use self::exr::is_guarded;
 pub use self::exr::{Precision, encode_exr, write_exr};
 pub use self::srgb::{linear_of_srgb, srgb_of_linear};
@@ -250,6 +250,17 @@ pub(crate) fn decode_all(bytes: &[u8]) -> std::result::Result<Decoded, Problem> 
 /// [`decode`], with what is wrong still to be put into an error.
 pub(crate) fn decode_problem(bytes: &[u8]) -> std::result::Result<Picture, Problem> {
     Ok(decode_all(bytes)?.whole()?.picture)
+}
+
+/// What a PNG or JPEG holds; nothing if the bytes are neither.
+pub(crate) fn decode_codes(bytes: &[u8]) -> Option<std::result::Result<Coded, Problem>> {
+    if bytes.starts_with(&[0x89, b'P', b'N', b'G']) {
+        Some(png::decode(bytes))
+    } else if bytes.starts_with(&[0xff, 0xd8]) {
+        Some(jpeg::decode(bytes))
+    } else {
+        None
+    }
 }
 
 /// Writes a file whole or not at all: beside its place first, under a name of this process and call, then moved into it.

@@ -8,8 +8,8 @@ use std::f64::consts::{PI, TAU};
 use fearless_simd::{f64x8, prelude::*};
 
 use super::kernel::{EightRows, LobeAt, Part, RowLobe, Shape};
+use super::lamps::Light;
 use super::region::Region;
-use super::renderer::Light;
 use crate::illumination::EnvironmentMap;
 use crate::sphere::Rule;
 

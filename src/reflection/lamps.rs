@@ -44,6 +44,13 @@ struct Points {
     light: [Vec<f64>; 3],
 }
 
+/// Which part of the light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Light {
+    All,
+    WithoutLamps,
+}
+
 /// The lamps of a map.
 #[derive(Debug)]
 pub(super) struct Lamps {

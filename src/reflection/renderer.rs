@@ -10,7 +10,7 @@ use super::cells::{Cells, MAX_DOUBLINGS};
 use super::image::check_size;
 use super::irradiance::IrradianceTable;
 use super::kernel::{LobeAt, Part, factor, to_map};
-use super::lamps::Lamps;
+use super::lamps::{Lamps, Light};
 use super::pyramid::{Checked, Pyramid};
 use super::region::Region;
 use super::strip::{FINER, Strip};
@@ -1017,13 +1017,6 @@ impl LobeSight {
             high,
         )
     }
-}
-
-/// Which part of the light.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Light {
-    All,
-    WithoutLamps,
 }
 
 fn mean(value: &[f64; 3]) -> f64 {

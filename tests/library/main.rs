@@ -1,6 +1,7 @@
 //! The tests of the library, a module a subject: one program, so that the library is linked once.
 
 mod adaptation;
+mod architecture;
 mod evidence;
 mod features;
 mod harmonics;

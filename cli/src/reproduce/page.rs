@@ -16,8 +16,9 @@ use lobes::reflection::{Settings, SphereImage};
 use lobes::{Parallelism, Result};
 use lobes_experiments::{Harness, Method, Protocol};
 
-use super::statements::{Run, Seen};
-use super::{Beyond, HEADINGS, Row, Shown, columns, paper_rows, shown, sphere_exr};
+use super::statements::{Run, Seen, signed};
+use super::{Beyond, HEADINGS, Row, Shown, columns, paper_rows, shown};
+use crate::output::sphere_exr;
 use Inline::{Code, Link, Text};
 
 /// The exposure of the pictures of spheres; 1 is the mean of the white sphere, which leaves its bright side room.
@@ -856,11 +857,6 @@ fn seen_of_map(map: &EnvironmentMap) -> String {
         if height < 0.0 { "below" } else { "above" },
         100.0 * above / all
     )
-}
-
-/// A number of two decimals with the sign that people write.
-pub(super) fn signed(value: f64) -> String {
-    format!("{value:.2}").replace('-', "−")
 }
 
 /// A colour in a caption: one number where it is grey.

@@ -6,8 +6,6 @@ use lobes::illumination::LightSpectrum;
 use lobes::reflectance::{Material, lambert};
 use lobes_experiments::Evaluation;
 
-use super::page::signed;
-
 /// One statement of the paper.
 pub(super) struct Statement {
     /// What the paper says.
@@ -433,6 +431,11 @@ fn no_matte(said: String) -> Statement {
         measured: "None of these materials is matte.".into(),
         verdict: Verdict::NotApplicable,
     }
+}
+
+/// A number of two decimals with the sign that people write.
+pub(super) fn signed(value: f64) -> String {
+    format!("{value:.2}").replace('-', "−")
 }
 
 #[cfg(test)]
