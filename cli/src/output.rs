@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use lobes::files::{self, Precision, encode_exr};
+use lobes::reflection::SphereImage;
 use lobes::{Error, Result};
 
 /// What is taken away when the command is stopped, oldest first.

@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use lobes::glam::DVec3;
-use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::arguments::Render;
@@ -11,11 +9,11 @@ use crate::lights::no_light;
 use crate::output::OutputFolder;
 use crate::output::sphere_exr;
 use crate::place::Place;
-use crate::{console, input, materials, named, training_set};
+use crate::{console, input, materials, training_set};
 use lobes::illumination::{EnvironmentMap, Luminance, builtin};
 use lobes::picture::encode_png;
-use lobes::reflection::{Camera, Renderer, Settings};
-use lobes::{Error, Parallelism, Result};
+use lobes::reflection::{Renderer, Settings};
+use lobes::{Parallelism, Result};
 
 pub(super) fn run(options: &Render) -> Result<()> {
     if let Some(set) = &options.set {

@@ -13,7 +13,6 @@ use crate::report::{
 };
 use crate::{console, lights, materials, progress, spectrum, training, trial};
 use lobes::features::TOP_DEGREE;
-use lobes::files::{self, Precision, encode_exr};
 use lobes::illumination::EnvironmentMap;
 use lobes::inference::{
     Dataset, EvidenceReader, EvidenceReading, JudgedPosteriors, JudgedReading, LearnedPosterior,
@@ -21,7 +20,7 @@ use lobes::inference::{
     Sample, Scenes, TrainingPlan, collect_random,
 };
 use lobes::reflectance::{Finish, Material, Variant};
-use lobes::reflection::{Settings, SphereImage};
+use lobes::reflection::Settings;
 use lobes::{Error, Parallelism, Result};
 use lobes_experiments::{
     Calibration, Evaluation, Harness, Method, NearestNeighbour, Protocol, Scaling, best_share,
