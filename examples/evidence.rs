@@ -1,7 +1,7 @@
 //! How rough is a sphere, from one picture under light that nobody measured, with nothing learned?
 //!
 //! The evidence needs what is known of light (its power falls as l^(−2−η), and there are lamps) and of Ward's lobe, and no training picture, no exposure
-//! and no white sphere. It reads the roughness σ. How large the specular share is, it does not know: that light is never negative is not in it (docs/inference.md).
+//! and no white sphere. It reads the roughness σ. How large the specular share is, it does not know: that light is never negative is not in it (docs/explanation/inference.md).
 
 use lobes::Parallelism::Rayon;
 use lobes::glam::DVec3;

@@ -2,7 +2,7 @@
 //!
 //! A model that has seen spheres under other light answers with a posterior: how probable each roughness σ and each specular share
 //! `ρ_s / (ρ_s + ρ_d)` is. It learns here from four of the seventeen built-in maps and two cameras, which takes seconds; all of both, as `lobes classify` has
-//! them, take a minute and give narrower answers (docs/inference.md).
+//! them, take a minute and give narrower answers (docs/explanation/inference.md).
 
 use lobes::Parallelism::Rayon;
 use lobes::glam::DVec3;

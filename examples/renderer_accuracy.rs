@@ -1,7 +1,7 @@
 //! The renderer against the reference: every lobe, roughness, built-in map and tolerance, pixels chosen at random.
 //!
 //! ```text
-//! cargo run --release --example renderer_accuracy -- --whole > docs/rendering.md
+//! cargo run --release --example renderer_accuracy -- --whole > docs/reference/rendering.md
 //! ```
 //!
 //! Without `--whole` it takes one map, one lobe, one σ and one tolerance, and four pixels of each; `--maps`, `--lobes`, `--sigmas`, `--tolerances`, `--pixels` and

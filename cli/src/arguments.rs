@@ -15,7 +15,7 @@ use lobes_experiments::{Method, Protocol};
 
 /// Reflectance in the frequency domain: what a surface is, from what it does to natural light.
 #[derive(Debug, Parser)]
-#[command(version, about, max_term_width = 100, after_help = AFTER)]
+#[command(name = "lobes", version, about, max_term_width = 100, after_help = AFTER)]
 pub(super) struct Arguments {
     /// How many threads to use [default: one a core].
     #[arg(long, short, global = true, value_name = "N", value_parser = up_to_1024)]
@@ -131,7 +131,7 @@ pub(super) struct Lights {
     /// How the maps' pixels lie on the sphere, where their shape does not tell.
     #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
     pub(super) mapping: Option<Mapping>,
-    /// A TOML file that says which maps are of one place and so are left out together; see docs/groups.md.
+    /// A TOML file that says which maps are of one place and so are left out together; see docs/how-to/groups.md.
     #[arg(long, value_name = "FILE")]
     pub(super) groups: Option<PathBuf>,
 }
@@ -147,7 +147,7 @@ pub(super) struct Lobe {
 /// What spheres are made of.
 #[derive(Debug, Args)]
 pub(super) struct Materials {
-    /// A TOML file of materials instead of the eight presets; see docs/materials.md.
+    /// A TOML file of materials instead of the eight presets; see docs/how-to/materials.md.
     #[arg(long, value_name = "FILE")]
     pub(super) materials: Option<PathBuf>,
     /// Read the presets' numbers as albedos ρ_d and ρ_s, not as Radiance's arguments.
@@ -241,7 +241,7 @@ pub(super) struct Render {
         conflicts_with = "set"
     )]
     pub(super) light: Option<String>,
-    /// Render every material under every light from every camera that a TOML file names; see docs/training-sets.md.
+    /// Render every material under every light from every camera that a TOML file names; see docs/how-to/training-sets.md.
     #[arg(
         long,
         value_name = "FILE",

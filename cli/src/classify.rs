@@ -358,7 +358,7 @@ impl<'a> Pages<'a> {
                         "For each picture the sphere that was read, the probability of each material, and the posterior of the specular \
                          share ρ_s / (ρ_s + ρ_d) and the roughness σ, with the interval that holds 90 % of it. A learned model, which ",
                     ),
-                    Inline::Code("docs/inference.md"),
+                    Inline::Code("docs/explanation/inference.md"),
                     Inline::Text(" in the repository explains."),
                 ],
             ),

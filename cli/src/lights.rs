@@ -61,7 +61,7 @@ fn file_of(folder: &Path, map: &str) -> String {
         )
 }
 
-/// The file of `--groups`: docs/groups.md.
+/// The file of `--groups`: docs/how-to/groups.md.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Groups {

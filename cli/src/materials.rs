@@ -110,7 +110,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Material>> {
         Error::file(
             path,
             format!("line {line}: {}", error.message()),
-            "docs/materials.md shows the form",
+            "docs/how-to/materials.md shows the form",
         )
     })?;
     let mut materials: Vec<Material> = Vec::new();
@@ -155,7 +155,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Material>> {
         return Err(Error::file(
             path,
             "holds no material",
-            "docs/materials.md shows the form",
+            "docs/how-to/materials.md shows the form",
         ));
     }
     Ok(materials)

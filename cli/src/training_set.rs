@@ -21,7 +21,7 @@ use lobes::reflectance::{Material, Variant};
 use lobes::reflection::{Camera, Renderer, Settings, SphereImage, check_size};
 use lobes::{Error, Parallelism, Result};
 
-/// The file that describes a set: docs/training-sets.md.
+/// The file that describes a set: docs/how-to/training-sets.md.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Description {
@@ -355,7 +355,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Description> {
         Error::file(
             path,
             format!("line {line}: {}", error.message()),
-            "docs/training-sets.md shows the form",
+            "docs/how-to/training-sets.md shows the form",
         )
     })?;
     if set.lights.as_ref().is_some_and(Vec::is_empty) {

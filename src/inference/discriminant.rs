@@ -73,7 +73,7 @@ impl LinearScores {
 impl Discriminant {
     /// How far the covariance is drawn to its diagonal, unless said.
     ///
-    /// Chosen on eight other materials (`docs/inference.md`), where 0.1 … 0.5 differ by one picture in a hundred.
+    /// Chosen on eight other materials (`docs/explanation/inference.md`), where 0.1 … 0.5 differ by one picture in a hundred.
     pub const SHRINKAGE: f64 = 0.2;
 
     /// The moments of `features` of every observation of a data set.

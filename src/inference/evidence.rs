@@ -47,7 +47,7 @@ pub struct Evidence {
 const LIGHT_VARIANCE: f64 = 100.0;
 
 impl GaussianEvidence {
-    /// ν of pictures of 128 pixels a side without noise. Chosen on random reflectances that are not those reported: `docs/inference.md`.
+    /// ν of pictures of 128 pixels a side without noise. Chosen on random reflectances that are not those reported: `docs/explanation/inference.md`.
     pub const NOISE: f64 = 3e-4;
 
     /// The factors for a material ρ_d, ρ_s seen through `operator` under light of power `spectrum[l]` per order.

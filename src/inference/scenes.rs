@@ -284,7 +284,7 @@ mod tests {
                 assert!(found > Scenes::ALIKE, "{} {what}: {found}", map.name());
             }
         }
-        // docs/groups.md says so.
+        // docs/how-to/groups.md says so.
         assert_eq!(
             (most_alike.1, most_alike.2),
             ("blender-night", "pmndrs-night")

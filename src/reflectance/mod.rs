@@ -1,7 +1,7 @@
 //! Ward's reflectance and Lambert's, in space and in frequency, and the materials made of them.
 //!
 //! Directions are in the surface's frame: the normal is +z, every direction is a unit vector that points
-//! away from the surface. The reference text is `docs/ward.md`.
+//! away from the surface. The reference text is `docs/reference/ward.md`.
 
 pub mod approximation;
 mod batch;

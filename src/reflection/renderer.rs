@@ -28,7 +28,7 @@ use crate::{Error, Parallelism, Result, vectors};
 pub struct Settings {
     /// Pixels a side.
     pub size: usize,
-    /// The largest error, from 10⁻⁵ to 0.1. How far it is kept: docs/rendering.md.
+    /// The largest error, from 10⁻⁵ to 0.1. How far it is kept: docs/reference/rendering.md.
     pub tolerance: f64,
     /// 1 for what the pixels' centres see; n for the mean over n × n points of each pixel, those that miss the sphere
     /// left out.
@@ -1083,7 +1083,7 @@ const ALONE: f64 = 10.0;
 
 /// Where the light is rough an error by a softened horizon is larger than it is taken for: above so many digits any lobe that the horizon cuts is summed on lines
 /// below some height, and above fewer a wide one that does not vanish there or is slanted. Of 5400 sights a lobe and a roughness (as for `WIDE`) up to 19 passed 10⁻³
-/// at σ = 0.2 and 0.4 on softened horizons, by up to 4.7 times. What passes now is in docs/rendering.md.
+/// at σ = 0.2 and 0.4 on softened horizons, by up to 4.7 times. What passes now is in docs/reference/rendering.md.
 const MANY_DIGITS: f64 = 3.5;
 const FEW_DIGITS: f64 = 2.5;
 const WIDE_LOBE: f64 = 0.15;

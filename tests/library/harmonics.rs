@@ -498,7 +498,7 @@ fn conventions_there_and_back() {
     assert_abs_diff_eq!(schmidt[0] + schmidt[3] * 0.6, value, epsilon = 1e-15);
 }
 
-/// The polynomials as two much copied papers print them, to their six digits: `docs/conventions.md`.
+/// The polynomials as two much copied papers print them, to their six digits: `docs/reference/conventions.md`.
 #[test]
 fn printed_polynomials() {
     let d = DVec3::new(0.48, 0.64, 0.6);

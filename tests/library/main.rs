@@ -2,6 +2,7 @@
 
 mod adaptation;
 mod architecture;
+mod documents;
 mod evidence;
 mod features;
 mod harmonics;

@@ -103,7 +103,7 @@ fn passes_one(variant: Variant, sigma: f64) -> Option<f64> {
 }
 
 /// Where ρ_s = 1 gains energy. The truths are from the published formulas integrated over rings of the half vector:
-/// those of duer by mpmath (oracles/ward.py) and by numpy, which agree to 2·10⁻⁵ degrees, those of ward1992 by numpy. docs/ward.md has them.
+/// those of duer by mpmath (oracles/ward.py) and by numpy, which agree to 2·10⁻⁵ degrees, those of ward1992 by numpy. docs/reference/ward.md has them.
 #[test]
 fn lobes_that_gain_energy_at_grazing() {
     for (variant, angles) in [

@@ -476,7 +476,7 @@ impl Writer<'_> {
             page.heading("Beyond the paper: every classifier under every protocol");
             page.paragraph(
                 "“Finish right” counts a picture whose material was taken for another of the same finish too: the colour of a body and that of the \
-                 light cannot be told apart without a highlight. p is McNemar's exact test against the combined classifier. docs/inference.md \
+                 light cannot be told apart without a highlight. p is McNemar's exact test against the combined classifier. docs/explanation/inference.md \
                  explains the classifiers.",
             );
             let table: Vec<(&str, Vec<String>)> = beyond
@@ -649,10 +649,10 @@ impl Writer<'_> {
         ]);
         let docs = |name: &'static str| document(name);
         let (inference, ward, materials, field) = (
-            docs("docs/inference.md"),
-            docs("docs/ward.md"),
-            docs("docs/materials.md"),
-            docs("docs/full-field.md"),
+            docs("docs/explanation/inference.md"),
+            docs("docs/reference/ward.md"),
+            docs("docs/how-to/materials.md"),
+            docs("docs/explanation/full-field.md"),
         );
         page.rich(&[
             Text("In the repository: "),

@@ -1,4 +1,4 @@
-//! The tables and figures of `docs/ward.md`, made here.
+//! The tables and figures of `docs/reference/ward.md`, made here.
 //!
 //! `LOBES_WRITE_DOCUMENTS=1 cargo test --test command ward_document` writes them; without it the test fails where they are not what is
 //! measured.
@@ -412,7 +412,7 @@ fn width_table() -> String {
 
 #[test]
 fn the_document_says_what_is_measured() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference");
     let path = folder.join("ward.md");
     let text = std::fs::read_to_string(&path).unwrap();
     let mut made = text.clone();
@@ -449,11 +449,11 @@ fn the_document_says_what_is_measured() {
         return;
     }
     let remedy = "run LOBES_WRITE_DOCUMENTS=1 cargo test --test command ward_document";
-    assert!(made == text, "docs/ward.md is stale; {remedy}");
+    assert!(made == text, "docs/reference/ward.md is stale; {remedy}");
     for (name, figure) in figures {
         assert!(
             std::fs::read_to_string(folder.join(name)).is_ok_and(|old| old == figure.svg()),
-            "docs/{name} is stale; {remedy}"
+            "docs/reference/{name} is stale; {remedy}"
         );
     }
 }

@@ -336,12 +336,12 @@ fn every_method_runs_and_counts_by_finish() {
     }
 }
 
-/// The README repeats a few numbers of the table in docs/inference.md, which `lobes reproduce --write` makes.
+/// The README repeats a few numbers of the table in docs/explanation/inference.md, which `lobes reproduce --write` makes.
 #[test]
 fn the_readme_has_the_numbers_of_the_table() {
     let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
     let read = |name: &str| std::fs::read_to_string(root.join(name)).unwrap();
-    let (readme, docs) = (read("README.md"), read("docs/inference.md"));
+    let (readme, docs) = (read("README.md"), read("docs/explanation/inference.md"));
     let cells = |line: &str| -> Vec<String> {
         line.trim_matches('|')
             .split('|')
