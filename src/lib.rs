@@ -30,6 +30,7 @@ mod cancellation;
 mod error;
 
 mod named;
+mod numeric;
 mod parallelism;
 mod vectors;
 

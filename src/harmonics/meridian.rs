@@ -14,7 +14,8 @@ use fearless_simd::prelude::*;
 use super::kernel::Quad;
 use super::recurrence::{LANES, Lanes};
 use super::ring_fft::{Element, RingFft, transpose};
-use crate::sphere::{Grid, Latitudes, cos_turn};
+use crate::numeric::quadrature::cos_turn;
+use crate::sphere::{Grid, Latitudes};
 
 /// The plan for the rings of one grid.
 pub(crate) struct Meridian {

@@ -11,9 +11,9 @@
     reason = "the formulas are plain text, with subscripts"
 )]
 
+mod batch_lanes;
 mod coefficients;
 mod convention;
-mod eights;
 mod kernel;
 pub mod legendre;
 mod meridian;
@@ -25,7 +25,6 @@ mod rotation;
 mod simd;
 mod spectrum;
 mod transform;
-mod wide_double;
 mod work;
 
 pub use coefficients::{Coefficients, coefficient_count};

@@ -10,10 +10,10 @@ use super::coefficients::{Coefficients, coefficient_count, column_start};
 use super::recurrence::{LANES, Lanes};
 use super::ring_fft::transpose;
 use super::simd::wide;
-use super::wide_double::WideDouble;
 use super::work::{over_chunk_pairs, over_chunks};
 use crate::error::{all_finite, check_length, not_finite};
-use crate::sphere::double_double::DoubleDouble;
+use crate::numeric::double_double::DoubleDouble;
+use crate::numeric::wide_double::WideDouble;
 use crate::{Error, Parallelism, Result, vectors};
 
 /// The largest degree of a [`Basis`].

@@ -16,8 +16,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, f64x8};
 
 use super::simd::wide;
+use crate::numeric::double_double::DoubleDouble;
 use crate::sphere::Grid;
-use crate::sphere::double_double::DoubleDouble;
 use crate::vectors;
 
 /// How many rings of one hemisphere go side by side.

@@ -9,7 +9,7 @@ use super::recurrence::{LANES, Lanes};
 use super::simd::wide;
 use super::work::{aligned, join};
 use crate::error::{all_finite, allocate, not_finite};
-use crate::sphere::double_double::DoubleDouble;
+use crate::numeric::double_double::DoubleDouble;
 use crate::{Error, Parallelism, Result, vectors};
 
 /// The largest degree of a [`Rotation`].

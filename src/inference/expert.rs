@@ -1,8 +1,11 @@
 //! Experts, each of which says how likely every material is for a picture, and a stack that weighs them.
 
+use std::convert::Infallible;
+
 use super::dataset::Dataset;
 use super::evidence::log_sum_exp;
 use super::scenes::Scenes;
+use crate::numeric::golden_section;
 use crate::{Error, Result};
 
 /// How likely each material is for one picture of a data set, to whoever has seen some of the illuminations.
@@ -158,28 +161,12 @@ fn fit_weights(judged: &[Vec<Vec<f64>>], truth: &[usize]) -> Vec<f64> {
     for _ in 0..12 {
         let before = logs.clone();
         for expert in 0..logs.len() {
-            let (mut low, mut high) = ((1e-6f64).ln(), (10f64).ln());
-            let ratio = 0.5 * (5f64.sqrt() - 1.0);
-            let mut at = |x: f64| {
+            let range = ((1e-6f64).ln(), 10f64.ln());
+            let Ok(log) = golden_section::minimise(range, 1.6e-4, |x| {
                 logs[expert] = x;
-                loss(&logs)
-            };
-            let (mut a, mut b) = (high - ratio * (high - low), low + ratio * (high - low));
-            let (mut at_a, mut at_b) = (at(a), at(b));
-            for _ in 0..24 {
-                if at_a < at_b {
-                    high = b;
-                    (b, at_b) = (a, at_a);
-                    a = high - ratio * (high - low);
-                    at_a = at(a);
-                } else {
-                    low = a;
-                    (a, at_a) = (b, at_b);
-                    b = low + ratio * (high - low);
-                    at_b = at(b);
-                }
-            }
-            logs[expert] = 0.5 * (low + high);
+                Ok::<f64, Infallible>(loss(&logs))
+            });
+            logs[expert] = log;
         }
         if logs.iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-3) {
             break;

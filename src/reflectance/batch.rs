@@ -3,6 +3,7 @@
 use fearless_simd::{Select, dispatch, f64x8, prelude::*};
 use glam::DVec3;
 
+use crate::numeric::exponential::exp_of_negative;
 use crate::vectors;
 
 use super::direction::{HORIZON, UNIT_TOLERANCE};
@@ -91,46 +92,4 @@ fn power<S: Simd>(simd: S, x: f64x8<S>, power: HalfPower) -> f64x8<S> {
         value = value * x;
     }
     value
-}
-
-/// e^(−x) for x ≥ 0: 0 past 708, and to 2 ulp before it. Lanes that are not numbers give anything.
-#[inline(always)]
-pub(super) fn exp_of_negative<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
-    /// ln 2 in two parts, of which the first has 20 trailing zero bits: its product with an exponent is exact.
-    const LN2_HIGH: f64 = f64::from_bits(std::f64::consts::LN_2.to_bits() & !0xf_ffff);
-    /// ln 2 − `LN2_HIGH`, from the digits of ln 2 beyond the double.
-    const LN2_LOW: f64 = (std::f64::consts::LN_2 - LN2_HIGH) + 2.319_046_813_846_299_6e-17;
-    /// 1/n! for n = 2 … 13.
-    const INVERSE_FACTORIAL: [f64; 12] = {
-        let mut table = [0.5; 12];
-        let mut index = 1;
-        let mut factorial = 2.0;
-        while index < 12 {
-            factorial *= (index + 2) as f64;
-            table[index] = 1.0 / factorial;
-            index += 1;
-        }
-        table
-    };
-    let splat = |value: f64| f64x8::splat(simd, value);
-    let tiny = x.simd_gt(splat(708.0));
-    let x = x.min(splat(708.0));
-    let exponent = (x * std::f64::consts::LOG2_E).round_ties_even();
-    // e^(−x) = 2^(−exponent) e^r, |r| ≤ ln 2 / 2.
-    let r = exponent * LN2_HIGH - x + exponent * LN2_LOW;
-    let mut series = splat(INVERSE_FACTORIAL[11]);
-    let mut index = 11;
-    while index > 0 {
-        index -= 1;
-        series = series.mul_add(r, splat(INVERSE_FACTORIAL[index]));
-    }
-    let exp = (series * r).mul_add(r, r) + 1.0;
-    let mut powers = [0.0; LANES];
-    exponent.store_slice(&mut powers);
-    for power in &mut powers {
-        // The integer lies in the low bits of 1.5·2⁵² + integer.
-        let bits = (6_755_399_441_055_744.0 + (1023.0 - *power)).to_bits();
-        *power = f64::from_bits(bits << 52);
-    }
-    tiny.select(splat(0.0), exp * f64x8::from_slice(simd, &powers))
 }

@@ -6,8 +6,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::gauss::RULE;
 use super::slope::{PANEL_IN_SIGMA, REACH};
+use crate::numeric::sixteen_points::RULE;
 
 /// The phase of a polynomial that sixteen nodes carry beside the Gaussian, in radians.
 const PHASE: f64 = 12.0;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use libm::erfc;
 
-use super::gauss::RULE;
 use super::slope;
+use crate::numeric::sixteen_points::RULE;
 
 /// The share for a view of (sine, cosine), cosine > 0: the mass of a Gaussian of slopes in the disk of
 /// [`slope`](super::slope), the inner integral in closed form.

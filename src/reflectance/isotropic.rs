@@ -4,12 +4,12 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::gauss::RULE;
 use super::hemisphere;
 use super::slope::REACH;
 use super::variant::Variant;
 use super::ward::Ward;
 use crate::harmonics::{Basis, Coefficients};
+use crate::numeric::sixteen_points::RULE;
 use crate::{Error, Parallelism, Result};
 
 /// The largest degree of [`IsotropicCoefficients`].

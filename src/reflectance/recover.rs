@@ -4,6 +4,7 @@ use super::lambert;
 use super::variant::Variant;
 use super::ward::{MIN_SIGMA, Ward};
 use crate::harmonics::Coefficients;
+use crate::numeric::golden_section;
 use crate::{Error, Result};
 
 /// The kernel at one degree.
@@ -155,22 +156,8 @@ pub fn recover_lobe(kernel: &[KernelEstimate], variant: Variant) -> Result<Recov
             best = (sum, at);
         }
     }
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = ((best.1 - step).max(low), (best.1 + step).min(high));
-    let (mut x, mut y) = (b - golden * (b - a), a + golden * (b - a));
-    let (mut at_x, mut at_y) = (objective(x)?, objective(y)?);
-    while b - a > 1e-9 {
-        if at_x < at_y {
-            (b, y, at_y) = (y, x, at_x);
-            x = b - golden * (b - a);
-            at_x = objective(x)?;
-        } else {
-            (a, x, at_x) = (x, y, at_y);
-            y = a + golden * (b - a);
-            at_y = objective(y)?;
-        }
-    }
-    let log_sigma = 0.5 * (a + b);
+    let bracket = ((best.1 - step).max(low), (best.1 + step).min(high));
+    let log_sigma = golden_section::minimise(bracket, 1e-9, objective)?;
     let b = lobe(log_sigma)?;
     let (diffuse, specular, _) = albedos(&b);
     let (above, below) = (lobe(log_sigma + 1e-4)?, lobe(log_sigma - 1e-4)?);

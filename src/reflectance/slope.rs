@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::gauss::RULE;
+use crate::numeric::sixteen_points::RULE;
 
 /// Where the Gaussian is cut, in σ: e^(−6.3²) is 6·10⁻¹⁸.
 pub(super) const REACH: f64 = 6.3;

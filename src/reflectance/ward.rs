@@ -9,8 +9,8 @@ use super::batch::Block;
 use super::direction::{HORIZON, unit, visible};
 use super::horizon::{self, Horizon};
 use super::slope::{self, Gaussian, Node};
-use super::turn;
 use super::variant::{Powers, Variant};
+use crate::numeric::sincospi;
 use crate::{Error, Result};
 
 /// The smallest σ of a lobe. Below it the lobe is narrower than double-precision directions resolve with nine
@@ -216,7 +216,7 @@ impl Ward {
     /// A light, wherever it falls, and tan²δ of its half vector.
     fn draw(&self, view: DVec3, u: [f64; 2]) -> (DVec3, f64) {
         let radius = (-(1.0 - u[0]).clamp(f64::MIN_POSITIVE, 1.0).ln()).sqrt();
-        let (sin, cos) = turn::sin_cos(u[1]);
+        let (sin, cos) = sincospi::sin_cos(u[1]);
         let half = DVec3::new(
             self.sigma[0] * radius * cos,
             self.sigma[1] * radius * sin,

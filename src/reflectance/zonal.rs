@@ -2,12 +2,12 @@
 
 use fearless_simd::{Level, dispatch, f64x8, prelude::*};
 
-use super::batch::exp_of_negative;
 use super::direction::HORIZON;
-use super::gauss::RULE;
 use super::hemisphere;
 use super::slope::{self, Gaussian};
 use super::ward::Ward;
+use crate::numeric::exponential::exp_of_negative;
+use crate::numeric::sixteen_points::RULE;
 use crate::{Error, Result, vectors};
 
 /// The largest degree of [`Ward::zonal`].

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::rule::{Rule, cos_turn};
+use crate::numeric::quadrature::{Rule, cos_turn};
 use crate::{Error, Result};
 
 /// How the colatitudes of a [`Grid`] are chosen.

@@ -1,6 +1,7 @@
 //! The tests of the `lobes` command.
+mod behaviour;
 mod faults;
-mod manners;
+
 mod training_set;
 mod verbs;
 mod ward_document;

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::double_double::DoubleDouble;
+use crate::numeric::double_double::DoubleDouble;
 use crate::{Error, Result};
 
 /// The largest number of nodes of a [`Rule`].

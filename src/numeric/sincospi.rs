@@ -20,7 +20,7 @@ const fn series(first: usize) -> [f64; 9] {
 
 /// sin 2πu and cos 2πu for u in [0, 1], to which u is clamped: in turns the quadrant is split off exactly, and the rest is a short series.
 #[inline]
-pub(super) fn sin_cos(u: f64) -> (f64, f64) {
+pub(crate) fn sin_cos(u: f64) -> (f64, f64) {
     let u = u.clamp(0.0, 1.0);
     // Truncation is a rounding here, u being positive.
     let quadrant = (4.0 * u + 0.5) as i32;

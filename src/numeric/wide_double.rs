@@ -3,8 +3,7 @@
 use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 
-use super::recurrence::Lanes;
-use crate::sphere::double_double::DoubleDouble;
+use crate::numeric::double_double::DoubleDouble;
 
 /// Eight numbers of about 106 bits.
 #[derive(Clone, Copy)]
@@ -15,7 +14,7 @@ pub(crate) struct WideDouble<S: Simd> {
 
 impl<S: Simd> WideDouble<S> {
     #[inline(always)]
-    pub(crate) fn load(simd: S, hi: &Lanes, lo: &Lanes) -> Self {
+    pub(crate) fn load(simd: S, hi: &[f64; 8], lo: &[f64; 8]) -> Self {
         Self {
             hi: f64x8::load_array_ref(simd, hi),
             lo: f64x8::load_array_ref(simd, lo),
@@ -96,7 +95,7 @@ impl<S: Simd> WideDouble<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn store(self, [hi, lo]: &mut [Lanes; 2]) {
+    pub(crate) fn store(self, [hi, lo]: &mut [[f64; 8]; 2]) {
         self.hi.store_array(hi);
         self.lo.store_array(lo);
     }
