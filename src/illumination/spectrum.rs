@@ -133,14 +133,15 @@ impl LightSpectrum {
         }
         let coefficients = map.coefficients(degree, parallelism)?;
         let luminance = average_power(&luminance(&coefficients)?);
+        // The clipped luminance is that of the clipped map, and a third of it.
+        let ceiling = map.ceiling(Self::CLIPPED_SHARE);
+        let clipped = (map.pixels().iter())
+            .map(|pixel| Luminance::Rec709.of(*pixel).min(ceiling))
+            .collect();
+        let transform = Transform::new(&Grid::lat_long(map.height(), map.width())?, degree)?;
+        let clipped = analyse(&transform, 1, clipped, parallelism)?;
         // A map that is black but for what is clipped is none any more.
-        let clipped = match map.clipped(Self::CLIPPED_SHARE) {
-            Ok(clipped) => {
-                let coefficients = clipped.coefficients(degree, parallelism)?;
-                Some(average_power(&self::luminance(&coefficients)?))
-            }
-            Err(_) => None,
-        };
+        let clipped = (ceiling > 0.0).then(|| average_power(&clipped[0]));
         let channels = [0, 1, 2].map(|c| average_power(&coefficients[c]));
 
         let (first, last) = (Self::FIT_RANGE.0, Self::FIT_RANGE.1.min(degree));
@@ -172,6 +173,26 @@ impl LightSpectrum {
             clipped_eta: clipped.and_then(|power| eta(&power).ok()),
         })
     }
+}
+
+/// A map of so many pixels or fewer has its channels analysed together: 2048×1024.
+const MOST_PIXELS_TOGETHER: usize = 1 << 21;
+
+/// The coefficients of `count` planes of pixels, one after the other in `planes`.
+fn analyse(
+    transform: &Transform,
+    count: usize,
+    planes: Vec<f64>,
+    parallelism: Parallelism,
+) -> Result<Vec<Coefficients>> {
+    let size = transform.coefficient_count();
+    let mut values = vec![0.0; count * size];
+    let mut scratch = vec![0.0; transform.scratch_len(count)];
+    transform.analyse_into(count, &planes, &mut values, &mut scratch, parallelism)?;
+    let degree = transform.degree();
+    let sets = values.chunks(size);
+    sets.map(|set| Coefficients::from_vec(degree, degree, set.to_vec()))
+        .collect()
 }
 
 /// The coefficients of the luminance, which are linear in the channels'.
@@ -206,17 +227,25 @@ impl EnvironmentMap {
         parallelism: Parallelism,
     ) -> Result<[Coefficients; 3]> {
         let transform = Transform::new(&Grid::lat_long(self.height(), self.width())?, degree)?;
-        let planes: Vec<f64> = (0..3)
-            .flat_map(|channel| self.pixels().iter().map(move |pixel| pixel[channel]))
-            .collect();
-        let count = transform.coefficient_count();
-        let mut values = vec![0.0; 3 * count];
-        let mut scratch = vec![0.0; transform.scratch_len(3)];
-        transform.analyse_into(3, &planes, &mut values, &mut scratch, parallelism)?;
-        let set = |index: usize| {
-            Coefficients::from_vec(degree, degree, values[index * count..][..count].to_vec())
+        let plane = |channel: usize| self.pixels().iter().map(move |pixel| pixel[channel]);
+        // Three at once are quicker; of a large map one at a time, for they are as large as the map.
+        let together = self.pixels().len() <= MOST_PIXELS_TOGETHER;
+        let mut sets = if together {
+            analyse(&transform, 3, (0..3).flat_map(plane).collect(), parallelism)?
+        } else {
+            let mut sets = Vec::with_capacity(3);
+            for channel in 0..3 {
+                sets.extend(analyse(
+                    &transform,
+                    1,
+                    plane(channel).collect(),
+                    parallelism,
+                )?);
+            }
+            sets
         };
-        Ok([set(0)?, set(1)?, set(2)?])
+        let [blue, green, red] = std::array::from_fn(|_| sets.pop());
+        Ok([red, green, blue].map(|set| set.unwrap_or_else(|| Coefficients::zeros(degree))))
     }
 
     /// The map with the brightest `share` of the sphere (by solid angle, by luminance) brought down to the luminance
@@ -232,22 +261,15 @@ impl EnvironmentMap {
                 allowed: "at least 0 and below 1",
             });
         }
-        let luminance = self.luminance(Luminance::Rec709);
-        let mut order: Vec<usize> = (0..luminance.len()).collect();
-        order.sort_by(|&a, &b| luminance[b].total_cmp(&luminance[a]));
-        let mut left = share * 4.0 * std::f64::consts::PI;
-        let ceiling = order.iter().find(|&&pixel| {
-            left -= self.solid_angle(pixel / self.width());
-            left < 0.0
-        });
-        let ceiling = ceiling.map_or(f64::INFINITY, |&pixel| luminance[pixel]);
-        let pixels = self.pixels().iter().zip(&luminance);
+        let ceiling = self.ceiling(share);
+        let pixels = self.pixels().iter();
         Self::new(
             self.name(),
             self.width(),
             self.height(),
             pixels
-                .map(|(pixel, &y)| {
+                .map(|pixel| {
+                    let y = Luminance::Rec709.of(*pixel);
                     if y > ceiling {
                         pixel.map(|value| value * ceiling / y)
                     } else {
@@ -256,6 +278,47 @@ impl EnvironmentMap {
                 })
                 .collect(),
         )
+    }
+
+    /// The largest luminance of which so much of the sphere shows that or more, that it is above `share`: the
+    /// luminance of the brightest pixel that is left when the share is taken away.
+    ///
+    /// Found by the bits of the luminances, sixteen at a time from the highest, so that nothing is sorted and nothing
+    /// as large as the map is held.
+    fn ceiling(&self, share: f64) -> f64 {
+        const DIGIT: u32 = 16;
+        let mut left = share * 4.0 * std::f64::consts::PI;
+        let mut known = 0u64;
+        for place in (0..64 / DIGIT).rev() {
+            let shift = DIGIT * place;
+            let mut areas = vec![0.0; 1 << DIGIT];
+            for (row, pixels) in self.pixels().chunks(self.width()).enumerate() {
+                let area = self.solid_angle(row);
+                for pixel in pixels {
+                    // Zero has one form.
+                    let bits = (Luminance::Rec709.of(*pixel) + 0.0).to_bits();
+                    // Above the digit the bits are those that are known.
+                    let same = place == 64 / DIGIT - 1 || bits >> (shift + DIGIT) == known;
+                    if same {
+                        areas[(bits >> shift) as usize & ((1 << DIGIT) - 1)] += area;
+                    }
+                }
+            }
+            let mut digit = None;
+            for (at, area) in areas.iter().enumerate().rev() {
+                if *area > 0.0 && left - area < 0.0 {
+                    digit = Some(at as u64);
+                    break;
+                }
+                left -= area;
+            }
+            match digit {
+                Some(digit) => known = known << DIGIT | digit,
+                // Less than a pixel is left of the sphere.
+                None => return f64::INFINITY,
+            }
+        }
+        f64::from_bits(known)
     }
 }
 
