@@ -29,13 +29,13 @@ pub(super) fn run(options: &Render) -> Result<()> {
     let materials = materials::load(&options.materials)?;
     let stems = materials::stems(options.materials.materials.as_deref(), &materials)?;
     let map = light(options)?;
-    let mut output = OutputFolder::open(&options.out)?;
     let settings = Settings {
         size: options.size,
         tolerance: options.tolerance,
         ..Settings::default()
     };
     let renderer = Renderer::new(&map, Parallelism::Rayon)?;
+    let mut output = OutputFolder::open(&options.out)?;
     let mut answers = Vec::new();
     for (material, stem) in materials.iter().zip(&stems) {
         let rendering = renderer.render(

@@ -12,7 +12,7 @@ use ::exr::meta::header::Header;
 use ::exr::prelude::*;
 
 use super::primaries::Primaries;
-use super::{Decoded, Environment, Picture, Problem, check_size, write_whole};
+use super::{Decoded, Environment, Picture, Problem, check_size, room, write_whole};
 use crate::{Error, Result};
 
 /// The first bytes of every file of the format.
@@ -258,16 +258,20 @@ impl Canvas {
                 "store the whole picture: a data window that covers the display window",
             )
         });
-        let mut pixels = vec![[0.0; 3]; width * height];
+        let mut pixels: Vec<[f64; 3]> = room(width * height)?;
+        pixels.resize(width * height, [0.0; 3]);
+        let has_alpha = header.channels.list.iter().any(|c| c.name.eq("A"));
+        let alphas = if has_alpha { width * height } else { 0 };
+        let mut alpha = room(alphas)?;
+        alpha.resize(alphas, 0.0);
         for row in rows {
             pixels[row * width..][columns.clone()].fill([f64::NAN; 3]);
         }
-        let has_alpha = header.channels.list.iter().any(|c| c.name.eq("A"));
         Ok(Self {
             width,
             height,
             pixels,
-            alpha: vec![0.0; if has_alpha { width * height } else { 0 }],
+            alpha,
             left,
             top,
             missing,

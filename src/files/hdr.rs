@@ -9,7 +9,7 @@
 //! primaries, which its programs suppose where the line is missing, are the same as a missing line.
 
 use super::primaries::{Primaries, ToRec709};
-use super::{Picture, Problem, check_size};
+use super::{Picture, Problem, check_size, room};
 
 type Decoded<T> = Result<T, Problem>;
 
@@ -75,7 +75,7 @@ pub(super) fn decode(bytes: &[u8]) -> Decoded<Picture> {
         (order.lines, order.pixels)
     };
     check_size(width, height, bytes.len())?;
-    let mut stored: Vec<[u8; 4]> = Vec::with_capacity(width * height);
+    let mut stored: Vec<[u8; 4]> = room(width * height)?;
     let mut rest = &bytes[start..];
     for _ in 0..order.lines {
         scan_line(&mut rest, order.pixels, &mut stored)?;
@@ -94,7 +94,7 @@ pub(super) fn decode(bytes: &[u8]) -> Decoded<Picture> {
             _ => seen,
         }
     };
-    let mut pixels = Vec::with_capacity(stored.len());
+    let mut pixels = room(stored.len())?;
     for row in 0..height {
         for column in 0..width {
             let (mut line, mut pixel) = if order.rows {

@@ -142,7 +142,8 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     };
     let file = File::open(path).map_err(unread)?;
     let length = file.metadata().map_or(0, |data| data.len());
-    let mut bytes = Vec::with_capacity(length.min(MOST_BYTES) as usize);
+    let length = length.min(MOST_BYTES) as usize;
+    let mut bytes = room(length).map_err(|problem| problem.in_file(path))?;
     file.take(MOST_BYTES + 1)
         .read_to_end(&mut bytes)
         .map_err(unread)?;
@@ -218,6 +219,21 @@ impl Decoded {
             Some(problem) => Err(problem),
             None => Ok(self),
         }
+    }
+}
+
+/// Room for so many values of a picture: how many is for the file to say, so a lack of memory is an error.
+pub(crate) fn room<T>(count: usize) -> std::result::Result<Vec<T>, Problem> {
+    let mut values = Vec::new();
+    match values.try_reserve_exact(count) {
+        Ok(()) => Ok(values),
+        Err(_) => Err(Problem::new(
+            format!(
+                "there is no memory for the {} MB of its pixels",
+                (count * size_of::<T>()) >> 20
+            ),
+            "make memory free, or store the picture smaller",
+        )),
     }
 }
 

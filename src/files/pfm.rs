@@ -2,7 +2,7 @@
 //!
 //! The sign of the scale in the header tells the endianness (negative is little-endian); its absolute value multiplies the values.
 
-use super::{Decoded, Picture, Problem, check_size};
+use super::{Decoded, Picture, Problem, check_size, room};
 
 /// One word of the header, which ends with one white space.
 fn word<'a>(bytes: &'a [u8], at: &mut usize) -> Result<&'a str, Problem> {
@@ -81,14 +81,19 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, Problem> {
             .rev()
             .flat_map(|row| (0..width).map(move |column| channels * (row * width + column)))
     };
-    let pixels = order()
-        .map(|first| match channels {
-            1 => [value(first); 3],
-            _ => [value(first), value(first + 1), value(first + 2)],
-        })
-        .collect();
+    let mut pixels = room(width * height)?;
+    pixels.extend(order().map(|first| match channels {
+        1 => [value(first); 3],
+        _ => [value(first), value(first + 1), value(first + 2)],
+    }));
+    let mut alpha = None;
+    if channels == 4 {
+        let mut values = room(width * height)?;
+        values.extend(order().map(|first| value(first + 3)));
+        alpha = Some(values);
+    }
     Ok(Decoded {
-        alpha: (channels == 4).then(|| order().map(|first| value(first + 3)).collect()),
+        alpha,
         ..Decoded::of(Picture {
             width,
             height,

@@ -382,4 +382,26 @@ mod tests {
         let ratio = spectrum.channels[2][5] / spectrum.channels[0][5];
         assert!((ratio - 9.0).abs() < 1e-11);
     }
+
+    /// Against sorting all pixels, for shares from none to nearly all, with pixels that are alike and black ones.
+    #[test]
+    fn the_ceiling_is_that_of_sorted_pixels() {
+        let (width, height) = (32, 16);
+        let level = |i: usize| ((i * 7919) % 13) as f64 * [0.0, 1.0, 300.0, 1e-9][i % 4];
+        let pixels: Vec<[f64; 3]> = (0..width * height)
+            .map(|i| [level(i), 2.0 * level(i + 1), 0.5 * level(i + 2)])
+            .collect();
+        let map = EnvironmentMap::new("levels", width, height, pixels).unwrap();
+        let luminance = map.luminance(Luminance::Rec709);
+        let mut order: Vec<usize> = (0..luminance.len()).collect();
+        order.sort_by(|&a, &b| luminance[b].total_cmp(&luminance[a]));
+        for share in [0.0, 0.002, 0.05, 0.3, 0.9, 0.999] {
+            let mut left = share * 4.0 * std::f64::consts::PI;
+            let first = order.iter().find(|&&pixel| {
+                left -= map.solid_angle(pixel / width);
+                left < 0.0
+            });
+            assert_eq!(map.ceiling(share), luminance[*first.unwrap()], "{share}");
+        }
+    }
 }
