@@ -131,6 +131,20 @@ mod tests {
         assert!(cancellation.run(work).is_none());
     }
 
+    /// What is left of a long list is not gone through one call at a time.
+    #[test]
+    fn it_does_not_call_what_is_left() {
+        let cancellation = Cancellation::default();
+        let work = || {
+            Parallelism::Rayon.map(1 << 40, |i| {
+                if i == 5 {
+                    cancellation.cancel();
+                }
+            })
+        };
+        assert!(cancellation.run(work).is_none());
+    }
+
     #[test]
     #[should_panic(expected = "a fault")]
     fn a_panic_goes_on() {
