@@ -106,9 +106,13 @@ fn operation(
             })
         }
         other => {
-            return Err(lobes::Error::Unanswerable(format!(
-                "there is no operation {other:?}"
-            )));
+            return Err(lobes::Error::UnknownName {
+                what: "operation",
+                name: other.into(),
+                names: ["synthesis", "analysis", "rotation", "values", "gradients"]
+                    .map(String::from)
+                    .into(),
+            });
         }
     })
 }

@@ -84,7 +84,11 @@ fn list<T: std::str::FromStr + Clone>(name: &str, default: &[T]) -> Result<Vec<T
     let Some(at) = arguments.iter().position(|argument| argument == name) else {
         return Ok(default.to_vec());
     };
-    let bad = || Error::Unanswerable(format!("{name} wants values with commas between them"));
+    let bad = || Error::Syntax {
+        what: "list of values",
+        text: name.into(),
+        needs: "values with commas between them",
+    };
     let values = arguments.get(at + 1).ok_or_else(bad)?;
     values
         .split(',')

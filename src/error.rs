@@ -131,6 +131,194 @@ pub enum Error {
         /// What the data lack, in words that complete the sentence, and what to do.
         reason: &'static str,
     },
+    /// There are fewer of something than an operation needs.
+    #[error("the number of {items} is {got}, where {what} needs at least {needed}")]
+    TooFew {
+        /// The operation, or what is to be made.
+        what: &'static str,
+        /// What there are too few of.
+        items: &'static str,
+        /// How many are needed.
+        needed: usize,
+        /// How many there are.
+        got: usize,
+    },
+    /// Nothing was given for something to be made of.
+    #[error("{what} needs {needs}, and not all of that was given")]
+    Empty {
+        /// What is to be made.
+        what: &'static str,
+        /// What it needs, in words.
+        needs: &'static str,
+    },
+    /// An axis on which something is tabulated does not rise.
+    #[error("{what} needs two values or more, each above the one before")]
+    NotRising {
+        /// The axis.
+        what: &'static str,
+    },
+    /// Something is not defined for one of the things that it could be asked of.
+    #[error("{of} has no {what}: {reason}")]
+    Undefined {
+        /// What it was asked of.
+        of: &'static str,
+        /// What was asked for.
+        what: &'static str,
+        /// Why it is not defined, or what to ask instead.
+        reason: &'static str,
+    },
+    /// A text does not say what it should.
+    #[error("{text:?} is no {what}: give {needs}")]
+    Syntax {
+        /// What the text should say.
+        what: &'static str,
+        /// The text.
+        text: String,
+        /// How it is said.
+        needs: &'static str,
+    },
+    /// A matrix cannot be factored as the covariance or the Gram matrix that it stands for.
+    #[error(
+        "{what} is not positive definite: what it comes from is too little, too alike or not finite"
+    )]
+    NotPositiveDefinite {
+        /// The matrix.
+        what: String,
+    },
+    /// An iteration came to no end.
+    #[error("{what} did not settle in {steps} steps; start from less noisy data")]
+    NotConverged {
+        /// The iteration.
+        what: &'static str,
+        /// After how many steps it was given up.
+        steps: usize,
+    },
+    /// A spectrum has no power where its logarithm, or a ratio to it, is taken.
+    #[error("{what} has the power {value} at degree {degree}, {consequence}")]
+    NoPower {
+        /// What has the spectrum.
+        what: &'static str,
+        /// The degree.
+        degree: usize,
+        /// The power there.
+        value: f64,
+        /// What has no value for that, in words that end the sentence.
+        consequence: &'static str,
+    },
+    /// A zonal kernel that is 0 at a degree cannot be taken away without regularisation.
+    #[error(
+        "the zonal factor of degree {degree} is 0, which only a noise floor above 0 can invert"
+    )]
+    NotInvertible {
+        /// The degree.
+        degree: usize,
+    },
+    /// A colour cannot be a white that colours are adapted to.
+    #[error(
+        "{what} is {white:?}, which is no white: give three finite radiances that every cone sees"
+    )]
+    NoWhite {
+        /// Whose white it should be.
+        what: &'static str,
+        /// The colour, linear Rec. 709.
+        white: [f64; 3],
+    },
+    /// A picture's size fits two mappings of the sphere.
+    #[error(
+        "a square of {width} by {height} pixels can be an angular map or a mirror ball; say which with --mapping angular-map or \
+         --mapping mirror-ball"
+    )]
+    AmbiguousMapping {
+        /// The picture's width in pixels.
+        width: usize,
+        /// Its height.
+        height: usize,
+    },
+    /// A picture's size fits no mapping of the sphere.
+    #[error(
+        "{width} by {height} pixels fit no mapping of the sphere; give a lat-long map (2:1), an angular map or mirror ball (1:1), \
+         or a cross (3:4 or 4:3)"
+    )]
+    NoMapping {
+        /// The picture's width in pixels.
+        width: usize,
+        /// Its height.
+        height: usize,
+    },
+    /// No sphere was found in a picture.
+    #[error("{reason}; give the sphere with --circle x,y,r")]
+    NoSphere {
+        /// What is there instead, a sentence.
+        reason: &'static str,
+    },
+    /// The circle that was given is not within its picture.
+    #[error(
+        "the circle {x:.1},{y:.1},{radius:.1} leaves the picture of {width} by {height} pixels; give one inside it"
+    )]
+    CircleOutside {
+        /// The centre's column in pixels.
+        x: f64,
+        /// The centre's row.
+        y: f64,
+        /// The radius in pixels.
+        radius: f64,
+        /// The picture's width in pixels.
+        width: usize,
+        /// Its height.
+        height: usize,
+    },
+    /// A picture, or the sphere in it, has too few pixels.
+    #[error("{what} is {pixels:.1} pixels, too small {purpose}; {least} are needed")]
+    TooSmall {
+        /// The length that is too small.
+        what: &'static str,
+        /// How many pixels it is.
+        pixels: f64,
+        /// How many it must be.
+        least: f64,
+        /// What it is too small for, in words that begin with "to".
+        purpose: &'static str,
+    },
+    /// A picture shows nothing where it is read.
+    #[error("the image shows nothing at {what}; give a larger one, or one of the whole sphere")]
+    Unseen {
+        /// Where.
+        what: &'static str,
+    },
+    /// There is no light in a picture.
+    #[error("{what} is black; expose it more")]
+    Black {
+        /// The picture.
+        what: &'static str,
+    },
+    /// Most of a sphere is as bright as its picture can say, so that its radiance is unknown.
+    #[error("{:.0} % of the sphere is saturated; expose it less", 100.0 * share)]
+    Saturated {
+        /// The share of the sphere's pixels that are saturated, from 0 to 1.
+        share: f64,
+    },
+    /// Two images that should show the two sides of a sphere do not.
+    #[error(
+        "the two images of a whole sphere must be from opposite cameras that are equally upright; theirs differ by {apart:.1e}"
+    )]
+    NotOpposite {
+        /// By how much their axes, or their upward directions, miss that.
+        apart: f64,
+    },
+    /// A file format does not hold a picture.
+    #[error(
+        "{width} by {height} pixels make no {format} file: {problem}; write fewer, or another format"
+    )]
+    Encoding {
+        /// The format's name.
+        format: &'static str,
+        /// The picture's width in pixels.
+        width: usize,
+        /// Its height.
+        height: usize,
+        /// What the encoder says.
+        problem: String,
+    },
     /// The input is well formed but the operation has no answer for it.
     #[error("{0}")]
     Unanswerable(String),
@@ -177,6 +365,25 @@ pub fn check_length(what: &'static str, expected: usize, got: usize) -> Result<(
         Err(Error::Length {
             what,
             expected,
+            got,
+        })
+    }
+}
+
+/// Checks that there are as many of something as the operation needs.
+pub(crate) fn check_count(
+    what: &'static str,
+    items: &'static str,
+    needed: usize,
+    got: usize,
+) -> Result<()> {
+    if got >= needed {
+        Ok(())
+    } else {
+        Err(Error::TooFew {
+            what,
+            items,
+            needed,
             got,
         })
     }

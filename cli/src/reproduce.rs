@@ -475,8 +475,8 @@ impl Beyond {
         let ceilings = match harness.colour_ceilings() {
             Ok(ceilings) => ceilings,
             // So few maps that their spread is unknown.
-            Err(Error::Unanswerable(why)) => {
-                console::note(why);
+            Err(error @ (Error::TooFew { .. } | Error::NotPositiveDefinite { .. })) => {
+                console::note(error.to_string());
                 return Ok(());
             }
             Err(error) => return Err(error),

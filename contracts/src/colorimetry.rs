@@ -204,9 +204,11 @@ fn rows(snapshots: &Snapshots, name: &str, tally: &mut Tally) -> Result<()> {
             "rec709" => Luminance::Rec709,
             "radiance" => Luminance::Radiance,
             other => {
-                return Err(Error::Unanswerable(format!(
-                    "there are no weights {other:?}"
-                )));
+                return Err(Error::UnknownName {
+                    what: "set of luminance weights",
+                    name: other.into(),
+                    names: vec!["rec709".into(), "radiance".into()],
+                });
             }
         };
         for (channel, (got, want)) in weights.weights().iter().zip(case.row).enumerate() {

@@ -134,9 +134,11 @@ impl Named {
                 "ortho" => Normalisation::Orthonormal,
                 "schmidt" => Normalisation::Schmidt,
                 other => {
-                    return Err(Error::Unanswerable(format!(
-                        "there is no normalisation {other:?}"
-                    )));
+                    return Err(Error::UnknownName {
+                        what: "normalisation",
+                        name: other.into(),
+                        names: ["ortho", "schmidt"].map(String::from).into(),
+                    });
                 }
             },
             phase: if self.condon_shortley {

@@ -92,12 +92,16 @@ impl Tally {
 
     pub(super) fn finish(self, id: &str) -> Result<Measurement> {
         if let Some(misuse) = self.misuse {
-            return Err(Error::Unanswerable(format!("contract {id} {misuse}")));
+            return Err(Error::Contents {
+                problem: format!("contract {id} {misuse}"),
+                remedy: "call what goes with its metric".into(),
+            });
         }
         if self.points == 0 {
-            return Err(Error::Unanswerable(format!(
-                "contract {id} compared no point"
-            )));
+            return Err(Error::Contents {
+                problem: format!("contract {id} compared no point"),
+                remedy: "give its snapshot a case".into(),
+            });
         }
         Ok(Measurement {
             points: self.points,

@@ -68,9 +68,14 @@ fn each(
             .step_by(2)
             .map(|i| u8::from_str_radix(case.file.get(i..i + 2)?, 16).ok())
             .collect();
-        let bytes = bytes.ok_or_else(|| Error::Unanswerable(format!("{what} is not in hex")))?;
-        let picture = files::decode(&bytes)
-            .map_err(|error| Error::Unanswerable(format!("{what}: {error}")))?;
+        let bytes = bytes.ok_or_else(|| Error::Contents {
+            problem: format!("{what} is not in hex"),
+            remedy: "make the snapshot again".into(),
+        })?;
+        let picture = files::decode(&bytes).map_err(|error| Error::Contents {
+            problem: format!("{what}: {error}"),
+            remedy: "make the snapshot again".into(),
+        })?;
         lobes::check_length("the picture", case.pixels.len(), picture.height)?;
         let want = case.pixels.concat();
         lobes::check_length("the picture", want.len(), picture.pixels.len())?;

@@ -93,7 +93,11 @@ impl Case {
             } => match kind.as_str() {
                 "plastic" => Material::plastic("m", *reflectance, *specularity, self.sigma),
                 "metal" => Material::metal("m", *reflectance, *specularity, self.sigma),
-                other => Err(Error::Unanswerable(format!("there is no kind {other:?}"))),
+                other => Err(Error::UnknownName {
+                    what: "kind of material",
+                    name: other.into(),
+                    names: ["plastic", "metal"].map(String::from).into(),
+                }),
             },
         }
     }
@@ -115,8 +119,10 @@ fn pictures(
             let map = maps
                 .iter()
                 .find(|map| map.name() == case.light)
-                .ok_or_else(|| {
-                    Error::Unanswerable(format!("there is no built-in map {:?}", case.light))
+                .ok_or_else(|| Error::UnknownName {
+                    what: "built-in map",
+                    name: case.light.clone(),
+                    names: maps.iter().map(|map| map.name().to_owned()).collect(),
                 })?;
             let renderer = Renderer::new(map, Parallelism::Rayon)?;
             prepared = Some((case.light.clone(), renderer));

@@ -124,7 +124,13 @@ impl Shape {
             "gauss-legendre" => Grid::gauss_legendre(rings, columns),
             "clenshaw-curtis" => Grid::clenshaw_curtis(rings, columns),
             "fejer" => Grid::fejer(rings, columns),
-            other => Err(Error::Unanswerable(format!("there is no grid {other:?}"))),
+            other => Err(Error::UnknownName {
+                what: "grid",
+                name: other.into(),
+                names: ["gauss-legendre", "clenshaw-curtis", "fejer"]
+                    .map(String::from)
+                    .into(),
+            }),
         }?;
         Transform::new(&grid, self.degree)
     }

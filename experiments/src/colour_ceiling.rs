@@ -31,18 +31,19 @@ pub struct ColourCeiling {
 /// gives the interval; (m − p − 1)/m · dᵀ S⁻¹ d is an unbiased estimate of δ².
 ///
 /// # Errors
-/// [`Error::Length`] for samples that are not of d's length; [`Error::Unanswerable`] for fewer than p + 3 samples.
+/// [`Error::Length`] for samples that are not of d's length; [`Error::TooFew`] for fewer than p + 3 samples.
 fn separation(difference: &DVector<f64>, samples: &[DVector<f64>]) -> Result<(f64, (f64, f64))> {
     let dimensions = difference.len();
     for sample in samples {
         lobes::check_length("a sample of the light's colour", dimensions, sample.len())?;
     }
     if samples.len() < dimensions + 3 {
-        return Err(Error::Unanswerable(format!(
-            "the spread of the light's colour needs at least {} illuminations and there are {}",
-            dimensions + 3,
-            samples.len()
-        )));
+        return Err(Error::TooFew {
+            what: "the spread of the light's colour",
+            items: "illuminations",
+            needed: dimensions + 3,
+            got: samples.len(),
+        });
     }
     let freedom = (samples.len() - 1) as f64;
     let mean = samples.iter().sum::<DVector<f64>>() / samples.len() as f64;
@@ -57,12 +58,18 @@ fn separation(difference: &DVector<f64>, samples: &[DVector<f64>]) -> Result<(f6
         covariance[(i, i)] += floor;
     }
     let solved = Cholesky::new(covariance)
-        .ok_or_else(|| Error::Unanswerable("the colours of the light have no covariance".into()))?
+        .ok_or_else(|| Error::NotPositiveDefinite {
+            what: "the covariance of the light's colours".into(),
+        })?
         .solve(difference);
     let squared = difference.dot(&solved);
     let rate = |squared: f64| Normal::standard().cdf(0.5 * squared.max(0.0).sqrt());
     let of = freedom - dimensions as f64;
-    let chi = ChiSquared::new(of + 1.0).map_err(|error| Error::Unanswerable(error.to_string()))?;
+    let chi = ChiSquared::new(of + 1.0).map_err(|_| Error::Domain {
+        what: "the number of degrees of freedom of χ²",
+        value: of + 1.0,
+        allowed: "above 0",
+    })?;
     let quantile = |level: f64| rate(squared * chi.inverse_cdf(level) / freedom);
     Ok((
         rate(squared * (of - 1.0) / freedom),
@@ -81,7 +88,7 @@ fn separation(difference: &DVector<f64>, samples: &[DVector<f64>]) -> Result<(f6
 /// lamp whose colour gives it away, may pass it.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] for fewer illuminations than the covariance needs, five or six.
+/// [`Error::TooFew`] for fewer illuminations than the covariance needs, five or six.
 pub fn colour_ceilings(
     protocol: Protocol,
     data: &Dataset<Reading>,

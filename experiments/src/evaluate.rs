@@ -114,7 +114,7 @@ impl Evaluation {
 /// - `label_count`: how many labels there are.
 ///
 /// # Errors
-/// [`lobes::Error::Length`] when the two arrays differ; [`lobes::Error::Unanswerable`] with fewer
+/// [`lobes::Error::Length`] when the two arrays differ; [`lobes::Error::TooFew`] with fewer
 /// than two groups, when there is nothing to learn from; what the classifier finds wrong.
 pub fn leave_one_illumination_out(
     classifier: &dyn Classifier,
@@ -151,10 +151,12 @@ pub fn judge_leaving_one_out(
     distinct.sort_unstable();
     distinct.dedup();
     if distinct.len() < 2 {
-        return Err(lobes::Error::Unanswerable(format!(
-            "leaving one illumination out needs at least two illuminations and there is {}",
-            distinct.len()
-        )));
+        return Err(lobes::Error::TooFew {
+            what: "leaving one illumination out",
+            items: "illuminations",
+            needed: 2,
+            got: distinct.len(),
+        });
     }
     let folds = parallelism.map(distinct.len(), |fold| {
         let test: Vec<usize> = (judged.iter().copied())
@@ -253,6 +255,6 @@ mod tests {
         };
         let error =
             leave_one_illumination_out(&classifier, &[0, 1], &[3, 3], 2, Parallelism::Sequential);
-        assert!(matches!(error, Err(lobes::Error::Unanswerable(_))));
+        assert!(matches!(error, Err(lobes::Error::TooFew { .. })));
     }
 }

@@ -127,9 +127,12 @@ impl Expert for EvidenceExpert {
 
     fn judge(&self, seen: &[bool], observations: &[usize]) -> Result<Vec<Vec<f64>>> {
         if !seen.contains(&true) {
-            return Err(Error::Unanswerable(
-                "evidence needs the spectrum of one illumination or more".into(),
-            ));
+            return Err(Error::TooFew {
+                what: "evidence",
+                items: "spectra of light",
+                needed: 1,
+                got: 0,
+            });
         }
         Ok(observations
             .iter()
@@ -224,9 +227,12 @@ impl Expert for LogRadianceExpert {
         let counts = self.counts.iter().zip(seen);
         let count: f64 = counts.filter(|(_, s)| **s).map(|(c, _)| c).sum();
         if count == 0.0 {
-            return Err(Error::Unanswerable(
-                "the log-radiance likelihood needs pictures to learn from".into(),
-            ));
+            return Err(Error::TooFew {
+                what: "the log-radiance likelihood",
+                items: "pictures to learn from",
+                needed: 1,
+                got: 0,
+            });
         }
         let size = Reader::FUNCTIONS;
         let mut scores = vec![vec![0.0; self.labels]; observations.len()];
@@ -271,8 +277,8 @@ impl Expert for LogRadianceExpert {
 }
 
 fn cholesky(matrix: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
-    Cholesky::new(matrix).ok_or_else(|| {
-        Error::Unanswerable("a covariance that was learned is not positive definite".into())
+    Cholesky::new(matrix).ok_or_else(|| Error::NotPositiveDefinite {
+        what: "a covariance that was learned".into(),
     })
 }
 
@@ -327,9 +333,12 @@ impl Expert for ColourExpert {
         }
         for (mean, count) in means.iter_mut().zip(&counts) {
             if *count == 0.0 {
-                return Err(Error::Unanswerable(
-                    "a material has no picture to learn its colour from".into(),
-                ));
+                return Err(Error::TooFew {
+                    what: "learning the colour of a material",
+                    items: "pictures",
+                    needed: 1,
+                    got: 0,
+                });
             }
             *mean /= *count;
         }

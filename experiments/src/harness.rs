@@ -143,9 +143,11 @@ impl Harness {
         done: &(dyn Fn() + Sync),
     ) -> Result<Self> {
         if protocol == Protocol::Continuous {
-            return Err(Error::Unanswerable(
-                "the protocol continuous has no named materials".into(),
-            ));
+            return Err(Error::Undefined {
+                of: "the protocol continuous",
+                what: "named materials",
+                reason: "judge it by `Continuous`",
+            });
         }
         let reader = Reader::new(protocol.view().viewpoint)?;
         let dataset = collect(
@@ -271,7 +273,7 @@ impl Harness {
     /// Names every picture of turn 0, leaving one scene out at a time.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for evidence that was not [prepared](Self::prepare) and for fewer than three scenes where an inner
+    /// [`Error::Undefined`] for evidence that was not [prepared](Self::prepare) and for fewer than three scenes where an inner
     /// loop needs two to learn from.
     pub fn evaluate(&self, method: Method, parallelism: Parallelism) -> Result<Evaluation> {
         let data = &self.dataset;
@@ -335,8 +337,10 @@ impl Harness {
         let alone = |expert: &dyn Expert| run(&Stack::new(data, vec![expert]), &all);
         let log_bands = || discriminant("log bands", &|reading| self.log_bands(reading));
         let evidence = || {
-            self.evidence.as_ref().ok_or_else(|| {
-                Error::Unanswerable("the evidence has not been made for these pictures".into())
+            self.evidence.as_ref().ok_or_else(|| Error::Undefined {
+                of: "a harness that was not prepared",
+                what: "evidence",
+                reason: "call `prepare` first",
             })
         };
         match method {
@@ -385,7 +389,9 @@ impl Harness {
 }
 
 fn judged_reading(reading: &Reading) -> Result<&JudgedReading> {
-    reading.judged.as_ref().ok_or_else(|| {
-        Error::Unanswerable("a picture to judge was not read for the paper's features".into())
+    reading.judged.as_ref().ok_or_else(|| Error::Undefined {
+        of: "a picture that was read to learn from",
+        what: "features of the paper",
+        reason: "they are read of the pictures that are judged",
     })
 }

@@ -1,6 +1,7 @@
 //! The rival's features: statistics of pixels and of wavelet bands.
 
 use super::rings::Unwrapped;
+use crate::error::check_count;
 use crate::illumination::Luminance;
 use crate::{Error, Result};
 
@@ -41,20 +42,18 @@ impl DrorFeatures {
     /// The features of an unwrapped picture.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a picture that is black or smaller than 16 × 16 once unwrapped.
+    /// [`Error::Black`] for a black picture, [`Error::TooFew`] for a picture that is black or smaller than 16 × 16 once unwrapped.
     pub fn of(picture: &Unwrapped) -> Result<Self> {
         let mean = picture.mean();
         let luminance = Luminance::Rec709.of(mean);
         if luminance.is_nan() || luminance <= 0.0 {
-            return Err(Error::Unanswerable(
-                "the picture of the sphere is black".into(),
-            ));
+            return Err(Error::Black {
+                what: "the picture of the sphere",
+            });
         }
         let (mut rows, mut columns) = (picture.rings(), picture.columns());
-        if rows < 1 << SCALES || columns < 1 << SCALES {
-            return Err(Error::Unanswerable(format!(
-                "a pyramid of {SCALES} scales needs 16 rings and 16 columns; there are {rows} and {columns}"
-            )));
+        for (items, got) in [("rings", rows), ("columns", columns)] {
+            check_count("a pyramid of wavelets", items, 1 << SCALES, got)?;
         }
         let mut field: Vec<f64> = picture
             .values()

@@ -80,7 +80,7 @@ impl ImageSpectrum {
     /// The power of an image.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] when the image has no pixel at the centre of its sphere.
+    /// [`Error::Unseen`] when the image has no pixel at the centre of its sphere.
     pub fn power(&self, image: &SphereImage) -> Result<ImagePower> {
         let (luminance, mean) = self.field(image)?;
         let coefficients = self.transform.analyse(&luminance)?;
@@ -96,17 +96,14 @@ impl ImageSpectrum {
     /// and as upright: what one image and a continuation stand for.
     ///
     /// # Errors
-    /// Those of [`power`](Self::power), and [`Error::Unanswerable`] when the cameras are not opposite or not equally upright.
+    /// Those of [`power`](Self::power), and [`Error::NotOpposite`] when the cameras are not opposite or not equally upright.
     pub fn whole_power(&self, front: &SphereImage, back: &SphereImage) -> Result<ImagePower> {
         let (one, other) = (front.camera(), back.camera());
         let apart = (one.towards() + other.towards())
             .length()
             .max((one.up() - other.up()).length());
         if apart > 1e-9 {
-            return Err(Error::Unanswerable(
-                "the two images of a whole sphere must be from opposite cameras that are equally upright"
-                    .into(),
-            ));
+            return Err(Error::NotOpposite { apart });
         }
         let (mut luminance, front) = self.seen(front)?;
         let (behind, back) = self.seen(back)?;
@@ -199,9 +196,9 @@ impl<'a> Sampler<'a> {
         };
         // `at` walks towards the centre until it meets a pixel.
         if sampler.bilinear(0.0, 0.0).is_none() {
-            return Err(Error::Unanswerable(
-                "the image shows nothing at the centre of its sphere".into(),
-            ));
+            return Err(Error::Unseen {
+                what: "the centre of its sphere",
+            });
         }
         Ok(sampler)
     }

@@ -82,19 +82,13 @@ impl LogBands {
             || (steps..steps + 4 * LAGS.len()).contains(&feature)
     }
 
-    /// The plan for pictures that are unwrapped onto `rings` rings by a layout of the same viewpoint.
+    /// The plan for pictures that are unwrapped by a layout of the same viewpoint.
     ///
     /// # Errors
-    /// Fewer rings than 32 radial functions need.
+    /// [`Error::TooFew`] for a layout of fewer rings or orders than the radial functions need.
     pub fn new(layout: &RingLayout) -> Result<Self> {
+        layout.check("the bands of log radiance", ORDERS + 1, ORDERS)?;
         let rings = layout.angles().len();
-        if rings < ORDERS + 1 || layout.orders() < ORDERS {
-            return Err(Error::Unanswerable(format!(
-                "the bands of log radiance need {} rings and {ORDERS} orders; the layout has {rings} and {}",
-                ORDERS + 1,
-                layout.orders()
-            )));
-        }
         Ok(Self {
             layout: layout.clone(),
             basis: cosine_basis(rings, ORDERS + 1),
@@ -104,7 +98,7 @@ impl LogBands {
     /// The features.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
+    /// [`Error::Black`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
     pub fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
         let fields = log_fields(picture)?;
         let amplitudes = Modes::of(picture, &self.layout, fields.of())?;
@@ -297,14 +291,14 @@ impl LogFields {
 /// How log radiance is taken of a picture.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] for a picture that is black.
+/// [`Error::Black`] for a picture that is black.
 pub fn log_fields(picture: &Unwrapped) -> Result<LogFields> {
     let mean = picture.mean();
     let luminance = FLOOR * Luminance::Rec709.of(mean);
     if luminance.is_nan() || luminance <= 0.0 {
-        return Err(Error::Unanswerable(
-            "the picture of the sphere is black".into(),
-        ));
+        return Err(Error::Black {
+            what: "the picture of the sphere",
+        });
     }
     Ok(LogFields {
         luminance,

@@ -47,14 +47,9 @@ impl MirroredLight {
     /// The plan for pictures that are unwrapped by a layout of the same viewpoint.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a layout of fewer orders than the irradiance has.
+    /// [`Error::TooFew`] for a layout of fewer orders than the irradiance has.
     pub fn new(layout: &RingLayout) -> Result<Self> {
-        if layout.orders() < DEGREE {
-            return Err(Error::Unanswerable(format!(
-                "the light that a picture mirrors needs {DEGREE} orders; the layout has {}",
-                layout.orders()
-            )));
-        }
+        layout.check("the light that a picture mirrors", 1, DEGREE)?;
         let angles = layout.angles();
         let rings = angles.len();
         let step = 2.0 * angles[0];
@@ -101,7 +96,7 @@ impl MirroredLight {
     /// The features.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
+    /// [`Error::Black`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
     pub fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
         let fields = |rgb: [f64; 3]| [Luminance::Rec709.of(rgb), rgb[0], rgb[2]];
         let matte = self.matte(picture, fields)?;
@@ -142,9 +137,9 @@ impl MirroredLight {
             mean / rings as f64
         });
         if means[0].is_nan() || means[0] <= 0.0 {
-            return Err(Error::Unanswerable(
-                "the picture of the sphere is black".into(),
-            ));
+            return Err(Error::Black {
+                what: "the picture of the sphere",
+            });
         }
         let mut matte = [0, 1, 2].map(|_| vec![0.0; rings * columns]);
         for (m, transfer) in self.transfers.iter().enumerate() {

@@ -48,13 +48,13 @@ impl Needlets {
     /// Three numbers a scale, from the coarsest.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a black picture, or one without a pixel at the centre of its sphere.
+    /// [`Error::Black`] for a black picture, or one without a pixel at the centre of its sphere.
     pub fn of(&self, image: &SphereImage) -> Result<Vec<f64>> {
         let floor = FLOOR * Luminance::Rec709.of(image.mean());
         if floor.is_nan() || floor <= 0.0 {
-            return Err(Error::Unanswerable(
-                "the picture of the sphere is black".into(),
-            ));
+            return Err(Error::Black {
+                what: "the picture of the sphere",
+            });
         }
         let (mut field, _) = self.spectrum.field(image)?;
         for value in &mut field {

@@ -54,15 +54,15 @@ impl PaperFeatures {
     /// The features of one image.
     ///
     /// # Errors
-    /// Those of [`ImageSpectrum::power`] and of [`Self::of_power`], and [`Error::Unanswerable`] for
+    /// Those of [`ImageSpectrum::power`] and of [`Self::of_power`], and [`Error::Undefined`] for
     /// [`Continuation::Antipodal`], under which every odd degree is zero.
     pub fn of_image(spectrum: &ImageSpectrum, image: &SphereImage) -> Result<Self> {
         if spectrum.continuation() == Continuation::Antipodal {
-            return Err(Error::Unanswerable(
-                "the antipodal continuation has no power at odd degrees, which the features v2 … v6 \
-                 are made of; use another continuation"
-                    .into(),
-            ));
+            return Err(Error::Undefined {
+                what: "power at odd degrees",
+                of: "the antipodal continuation",
+                reason: "the features v2 … v6 are made of it; use another continuation",
+            });
         }
         Self::of_power(&spectrum.power(image)?)
     }
@@ -71,7 +71,7 @@ impl PaperFeatures {
     ///
     /// # Errors
     /// [`Error::Length`] when the spectrum ends before degree 44 (v6 needs it);
-    /// [`Error::Unanswerable`] when degree 3 or an even degree ≥ 4 has no power, so that a ratio has
+    /// [`Error::NoPower`] when degree 3 or an even degree ≥ 4 has no power, so that a ratio has
     /// no value.
     pub fn of_power(power: &ImagePower) -> Result<Self> {
         let b = &power.luminance;
@@ -85,10 +85,12 @@ impl PaperFeatures {
         }
         let total: f64 = b.iter().sum();
         if let Some(l) = (3..b.len()).find(|&l| (l == 3 || l % 2 == 0) && !(b[l] > 0.0)) {
-            return Err(Error::Unanswerable(format!(
-                "the image has no power at degree {l}, so the paper's ratios have no value; \
-                 is it a flat or an empty picture?"
-            )));
+            return Err(Error::NoPower {
+                what: "the image",
+                degree: l,
+                value: b[l],
+                consequence: "so that the paper's ratios have no value; is it a flat or an empty picture?",
+            });
         }
         let mut features = [0.0; 7];
         features[0] = b[..3].iter().sum::<f64>() / total;

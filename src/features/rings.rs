@@ -3,6 +3,7 @@
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
+use crate::error::check_count;
 use crate::reflection::{SphereImage, Viewpoint};
 use crate::{Error, Result};
 
@@ -27,13 +28,16 @@ impl RingLayout {
     /// [`Self::LARGEST_RADIUS`], and the orders 0 … `orders`.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for no ring; [`Error::Domain`] for a camera inside the sphere or more than [`Self::MOST`] rings or orders.
+    /// [`Error::TooFew`] for no ring; [`Error::Domain`] for a camera inside the sphere or more than [`Self::MOST`] rings or orders.
     pub fn new(viewpoint: Viewpoint, rings: usize, orders: usize) -> Result<Self> {
         viewpoint.check()?;
         if rings == 0 {
-            return Err(Error::Unanswerable(
-                "a picture is read on one ring or more".into(),
-            ));
+            return Err(Error::TooFew {
+                what: "the layout of a picture",
+                items: "rings",
+                needed: 1,
+                got: 0,
+            });
         }
         for (what, value) in [
             ("the number of rings", rings),
@@ -90,6 +94,12 @@ impl RingLayout {
         self.orders
     }
 
+    /// Checks that there are as many rings and orders as `what` needs.
+    pub(super) fn check(&self, what: &'static str, rings: usize, orders: usize) -> Result<()> {
+        check_count(what, "rings", rings, self.angles.len())?;
+        check_count(what, "orders", orders, self.orders)
+    }
+
     /// How many independent amplitudes a picture has: rings × (1 + 2·orders).
     pub fn len(&self) -> usize {
         self.angles.len() * (1 + 2 * self.orders)
@@ -132,10 +142,8 @@ impl Unwrapped {
             for &(sin, cos) in &azimuths {
                 let x = (0.5 * (1.0 + radius * cos)) * size as f64 - 0.5;
                 let y = (0.5 * (1.0 - radius * sin)) * size as f64 - 0.5;
-                let value = bilinear(image, x, y).ok_or_else(|| {
-                    Error::Unanswerable(format!(
-                        "a picture of {size} pixels a side is too small to be read on {rings} rings"
-                    ))
+                let value = bilinear(image, x, y).ok_or_else(|| Error::Unseen {
+                    what: "a point on one of its rings",
                 })?;
                 values.push(value);
             }

@@ -64,16 +64,10 @@ impl ShadingResidual {
     /// The plan for pictures that are unwrapped by a layout of the same viewpoint.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a layout of fewer than 33 rings or 32 orders.
+    /// [`Error::TooFew`] for a layout of fewer than 33 rings or 32 orders.
     pub fn new(layout: &RingLayout) -> Result<Self> {
+        layout.check("what is left of shading", ORDERS + 1, ORDERS)?;
         let rings = layout.angles().len();
-        if rings < ORDERS + 1 || layout.orders() < ORDERS {
-            return Err(Error::Unanswerable(format!(
-                "what is left of shading needs {} rings and {ORDERS} orders; the layout has {rings} and {}",
-                ORDERS + 1,
-                layout.orders()
-            )));
-        }
         let shadings = (0..=LAST)
             .map(|m| {
                 let degrees: Vec<usize> = DEGREES.into_iter().filter(|&l| l >= m).collect();
@@ -90,8 +84,8 @@ impl ShadingResidual {
                 for i in 0..degrees.len() {
                     gram[(i, i)] += NOISE * NOISE;
                 }
-                let gram = Cholesky::new(gram).ok_or_else(|| {
-                    Error::Unanswerable("the shadings of a sphere cannot be told apart".into())
+                let gram = Cholesky::new(gram).ok_or_else(|| Error::NotPositiveDefinite {
+                    what: "the Gram matrix of a sphere's shadings".into(),
                 })?;
                 let weights = gram.solve(&shading.transpose());
                 Ok([shading, weights])
@@ -107,13 +101,13 @@ impl ShadingResidual {
     /// The features.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
+    /// [`Error::Black`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
     pub fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
         let mean = Luminance::Rec709.of(picture.mean());
         if mean.is_nan() || mean <= 0.0 {
-            return Err(Error::Unanswerable(
-                "the picture of the sphere is black".into(),
-            ));
+            return Err(Error::Black {
+                what: "the picture of the sphere",
+            });
         }
         let luminance = |rgb: [f64; 3]| Luminance::Rec709.of(rgb) / mean;
         let [modes] = Modes::of(picture, &self.layout, |rgb| [luminance(rgb)])?;

@@ -45,7 +45,7 @@ impl UnbiasedBands {
     /// The features: eight bands and three channels.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a black picture, or one without a pixel at the centre of its sphere.
+    /// [`Error::Black`] for a black picture, or one without a pixel at the centre of its sphere.
     pub fn of(&self, image: &SphereImage) -> Result<Vec<f64>> {
         let (mut field, mean) = self.spectrum.field(image)?;
         self.mask
@@ -65,9 +65,9 @@ impl UnbiasedBands {
             .collect();
         let total: f64 = power.iter().map(|p| p.max(0.0)).sum();
         if total.is_nan() || total <= 0.0 {
-            return Err(Error::Unanswerable(
-                "the picture of the sphere is black".into(),
-            ));
+            return Err(Error::Black {
+                what: "the picture of the sphere",
+            });
         }
         // A band without power comes back as rounding of either sign.
         let mut features: Vec<f64> = power.iter().map(|p| (p / total).max(1e-9).ln()).collect();

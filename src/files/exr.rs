@@ -328,7 +328,7 @@ pub enum Precision {
 ///
 /// # Errors
 ///
-/// [`Error::Length`] when there are not `width · height` pixels; [`Error::Unanswerable`] for a size that the format
+/// [`Error::Length`] when there are not `width · height` pixels; [`Error::Encoding`] for a size that the format
 /// cannot hold.
 pub fn encode_exr(picture: &Picture, precision: Precision) -> Result<Vec<u8>> {
     crate::error::check_length(
@@ -364,8 +364,11 @@ pub fn encode_exr(picture: &Picture, precision: Precision) -> Result<Vec<u8>> {
         .write()
         .non_parallel()
         .to_buffered(Cursor::new(&mut bytes))
-        .map_err(|error| {
-            Error::Unanswerable(format!("the picture makes no OpenEXR file: {error}"))
+        .map_err(|error| Error::Encoding {
+            format: "OpenEXR",
+            width: picture.width,
+            height: picture.height,
+            problem: error.to_string(),
         })?;
     Ok(bytes)
 }

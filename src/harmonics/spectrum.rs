@@ -79,7 +79,7 @@ pub fn convolve_zonal(coefficients: &mut Coefficients, factors: &[f64]) -> Resul
 ///
 /// # Errors
 /// [`Error::Length`] unless there is a factor for each degree; [`Error::Domain`] for a floor that is negative or not finite;
-/// [`Error::Unanswerable`] where a factor and the floor are both 0.
+/// [`Error::NotInvertible`] where a factor and the floor are both 0.
 pub fn deconvolve_zonal(
     coefficients: &mut Coefficients,
     factors: &[f64],
@@ -100,9 +100,7 @@ pub fn deconvolve_zonal(
     if floor == 0.0
         && let Some(l) = factors.iter().position(|&f| f == 0.0)
     {
-        return Err(Error::Unanswerable(format!(
-            "the zonal factor of degree {l} is 0, which only a noise floor above 0 can invert"
-        )));
+        return Err(Error::NotInvertible { degree: l });
     }
     let inverse: Vec<f64> = factors
         .iter()

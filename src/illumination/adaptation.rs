@@ -41,7 +41,7 @@ impl ChromaticAdaptation {
     /// From the white `from` to the white `to`, both linear BT.709 of any brightness.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a white that is not finite, or so saturated that a cone does not see it.
+    /// [`Error::NoWhite`] for a white that is not finite, or so saturated that a cone does not see it.
     pub fn new(from: [f64; 3], to: [f64; 3]) -> Result<Self> {
         let to_cones = rows(BRADFORD) * xyz_of_rgb();
         let [from, to] = [
@@ -79,8 +79,6 @@ fn cones_of_white(to_cones: &DMat3, white: [f64; 3], name: &'static str) -> Resu
     if white.iter().all(|value| value.is_finite()) && luminance > 0.0 && cones.min_element() > 0.0 {
         Ok(cones)
     } else {
-        Err(Error::Unanswerable(format!(
-            "{name} is {white:?}, which is no white: give three finite radiances that every cone sees"
-        )))
+        Err(Error::NoWhite { what: name, white })
     }
 }

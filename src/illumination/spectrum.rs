@@ -39,7 +39,7 @@ impl PowerLaw {
     ///
     /// # Errors
     /// [`Error::Domain`] unless 1 ≤ first and there are at least three degrees; [`Error::Length`] where the spectrum ends
-    /// before `last`; [`Error::Unanswerable`] where a power is not positive and has no logarithm.
+    /// before `last`; [`Error::NoPower`] where a power is not positive and has no logarithm.
     pub fn fit(power: &[f64], first: usize, last: usize) -> Result<Self> {
         if first < 1 || last < first.saturating_add(2) {
             return Err(Error::Domain {
@@ -59,11 +59,12 @@ impl PowerLaw {
             .map(|l| ((l as f64).ln(), power[l].ln()))
             .collect();
         if let Some(index) = points.iter().position(|point| !point.1.is_finite()) {
-            return Err(Error::Unanswerable(format!(
-                "the power at degree {} is {}, which has no logarithm to fit a power law to",
-                first + index,
-                power[first + index]
-            )));
+            return Err(Error::NoPower {
+                what: "the spectrum",
+                degree: first + index,
+                value: power[first + index],
+                consequence: "which has no logarithm to fit a power law to",
+            });
         }
         let n = points.len() as f64;
         let mean_x = points.iter().map(|p| p.0).sum::<f64>() / n;
@@ -121,7 +122,7 @@ impl LightSpectrum {
     /// The spectrum of a map up to `degree`, or up to what the map carries where that is less.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a degree, or a map, too small to fit a law to; [`Error::Unanswerable`] for a uniform map, which has no law.
+    /// [`Error::Domain`] for a degree, or a map, too small to fit a law to; [`Error::Undetermined`] for a uniform map, which has no law.
     pub fn of(map: &EnvironmentMap, degree: usize, parallelism: Parallelism) -> Result<Self> {
         let degree = degree.min(map.max_degree()?);
         if degree < Self::FIT_RANGE.0 + 2 {
@@ -151,9 +152,10 @@ impl LightSpectrum {
                 .iter()
                 .all(|b| *b <= ROUNDING * power[0])
             {
-                return Err(Error::Unanswerable(
-                    "the map is uniform, which leaves nothing to fit a law to".into(),
-                ));
+                return Err(Error::Undetermined {
+                    parameter: "the power law of the light",
+                    reason: "the map is uniform, which leaves nothing to fit; give one with something in it",
+                });
             }
             PowerLaw::fit(power, first, last)
         };

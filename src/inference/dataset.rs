@@ -218,7 +218,7 @@ impl Parts {
 /// called after each illumination. Each illumination is taken for a scene of its own; set [`Dataset::scenes`] where that is not so.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] without a material, an illumination or a camera; what the renderer or `read` finds wrong.
+/// [`Error::Empty`] without a material, an illumination or a camera; what the renderer or `read` finds wrong.
 pub fn collect<T: Send>(
     cameras: &[Camera],
     illuminations: &[EnvironmentMap],
@@ -229,9 +229,10 @@ pub fn collect<T: Send>(
     read: &(dyn Fn(&Observation<()>, &SphereImage) -> Result<T> + Sync),
 ) -> Result<Dataset<T>> {
     if illuminations.is_empty() || materials.is_empty() || cameras.is_empty() {
-        return Err(Error::Unanswerable(
-            "a data set needs an illumination, a material and a camera, or more of each".into(),
-        ));
+        return Err(Error::Empty {
+            what: "a data set",
+            needs: "an illumination, a material and a camera",
+        });
     }
     let groups = parallelism.map(illuminations.len(), |illumination| {
         let renderer = Renderer::new(&illuminations[illumination], Parallelism::Sequential)?;

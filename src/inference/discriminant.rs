@@ -151,7 +151,7 @@ impl Discriminant {
     /// Learns from the illuminations that were seen.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a label without an observation.
+    /// [`Error::TooFew`] for a label without an observation.
     pub fn learn(&self, seen: &[bool]) -> Result<LinearScores> {
         let size = self.features.first().map_or(0, DVector::len);
         let mut sums = vec![DVector::zeros(size); self.labels];
@@ -165,9 +165,12 @@ impl Discriminant {
             }
         }
         if counts.contains(&0.0) {
-            return Err(Error::Unanswerable(
-                "a material has no picture to learn its features from".into(),
-            ));
+            return Err(Error::TooFew {
+                what: "learning the features of a material",
+                items: "pictures",
+                needed: 1,
+                got: 0,
+            });
         }
         let total: f64 = counts.iter().sum();
         let means: Vec<DVector<f64>> = sums
@@ -187,8 +190,8 @@ impl Discriminant {
             // Rounding can leave a variance below 0.
             scatter[(i, i)] += self.shrinkage * diagonal[i].max(0.0) + trace;
         }
-        let factor = Cholesky::new(scatter).ok_or_else(|| {
-            Error::Unanswerable("the features of the pictures have no covariance".into())
+        let factor = Cholesky::new(scatter).ok_or_else(|| Error::NotPositiveDefinite {
+            what: "the covariance of the pictures' features".into(),
         })?;
         let stacked = DMatrix::from_columns(&means);
         let weights = factor.solve(&stacked);

@@ -95,10 +95,8 @@ impl GaussianEvidence {
             for r in 0..functions {
                 block[(r, r)] += variance;
             }
-            let refused = || {
-                Error::Unanswerable(format!(
-                    "the covariance of order {m} is not positive definite at ρ_d = {rho_d}, ρ_s = {rho_s}"
-                ))
+            let refused = || Error::NotPositiveDefinite {
+                what: format!("the covariance of order {m} at ρ_d = {rho_d}, ρ_s = {rho_s}"),
             };
             let factor = Cholesky::new(block).ok_or_else(refused)?;
             let copies = if m == 0 { 1 } else { 2 };
@@ -172,8 +170,8 @@ impl GaussianEvidence {
                 }
             }
         }
-        let factor = Cholesky::new(gram).ok_or_else(|| {
-            Error::Unanswerable("the responses to the lights are not finite".into())
+        let factor = Cholesky::new(gram).ok_or_else(|| Error::NotPositiveDefinite {
+            what: "the Gram matrix of the responses to the lights".into(),
         })?;
         let mut weights = projection;
         factor.l_dirty().solve_lower_triangular_mut(&mut weights);

@@ -89,9 +89,12 @@ impl<'a> Stack<'a> {
         let seen = self.seen(training);
         let scenes = self.scenes.among(&seen);
         if scenes.len() < 2 {
-            return Err(Error::Unanswerable(
-                "weighing experts needs two scenes to learn from, or more".into(),
-            ));
+            return Err(Error::TooFew {
+                what: "weighing experts",
+                items: "scenes",
+                needed: 2,
+                got: scenes.len(),
+            });
         }
         let mut judged = vec![Vec::new(); self.experts.len()];
         let mut truth = Vec::new();

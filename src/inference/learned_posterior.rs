@@ -6,6 +6,7 @@ use super::evidence::log_sum_exp;
 use super::posterior::{Posterior, Reflectance};
 use super::random_reflectances::Sample;
 use super::scenes::Scenes;
+use crate::error::check_count;
 use crate::{Error, Parallelism, Result};
 
 /// The functions of (share, σ) by whose sums the mean of every feature is modelled.
@@ -136,12 +137,14 @@ impl LearnedPosterior {
     ///
     /// # Errors
     /// [`Error::NotFinite`] for a feature that is not finite, [`Error::Length`] where samples differ in how many they have,
-    /// [`Error::Unanswerable`] without a sample or for an axis of fewer than two values.
+    /// [`Error::TooFew`] without a sample or for an axis of fewer than two values.
     pub fn new(samples: &[Sample<Vec<f64>>], shares: &[f64], sigmas: &[f64]) -> Result<Self> {
-        if samples.is_empty() || shares.len() < 2 || sigmas.len() < 2 {
-            return Err(Error::Unanswerable(
-                "a posterior is learned from samples, on axes of two values or more".into(),
-            ));
+        for (items, needed, got) in [
+            ("samples", 1, samples.len()),
+            ("specular shares", 2, shares.len()),
+            ("roughnesses", 2, sigmas.len()),
+        ] {
+            check_count("a learned posterior", items, needed, got)?;
         }
         let size = samples[0].view.len();
         let mut features = Vec::with_capacity(samples.len());
@@ -232,13 +235,16 @@ impl LearnedPosterior {
             count += moments.count;
         }
         if count < 2.0 * width as f64 {
-            return Err(Error::Unanswerable(format!(
-                "a posterior is learned from {} samples or more; there are {count}",
-                2 * width
-            )));
+            return Err(Error::TooFew {
+                what: "a learned posterior",
+                items: "samples",
+                needed: 2 * width,
+                got: count as usize,
+            });
         }
-        let refused =
-            || Error::Unanswerable("the samples' reflectances are too few or too alike".into());
+        let refused = || Error::NotPositiveDefinite {
+            what: "what the samples say of their reflectances".into(),
+        };
         for i in 0..width {
             design[(i, i)] += 1e-9 * count;
         }
@@ -277,9 +283,12 @@ impl LearnedPosterior {
     fn inner_loop(&self, seen: &[bool]) -> Result<Vec<(usize, Vec<f64>)>> {
         let folds = self.scenes.among(seen);
         if folds.len() < 2 {
-            return Err(Error::Unanswerable(
-                "weighing a likelihood needs two scenes to learn from, or more".into(),
-            ));
+            return Err(Error::TooFew {
+                what: "weighing a likelihood",
+                items: "scenes",
+                needed: 2,
+                got: folds.len(),
+            });
         }
         let mut logs = Vec::new();
         for left_out in folds {
@@ -308,7 +317,7 @@ impl LearnedPosterior {
     /// Learns from the illuminations that are seen; the weight is chosen among them, leaving one scene out at a time.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for fewer than two scenes or too few samples.
+    /// [`Error::TooFew`] for fewer than two scenes or too few samples.
     pub fn learn(&self, seen: &[bool]) -> Result<PosteriorModel> {
         let logs = self.inner_loop(seen)?;
         self.fit(seen, self.weight(&logs))

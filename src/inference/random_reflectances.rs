@@ -57,7 +57,7 @@ impl Default for RandomReflectances {
 /// body's colour, as metals do. The samples that the first of `cameras` sees are judged.
 ///
 /// # Errors
-/// What the renderer or `read` finds wrong; [`Error::Unanswerable`] where nothing is asked for.
+/// What the renderer or `read` finds wrong; [`Error::Empty`] where nothing is asked for.
 pub fn collect_random<T: Send>(
     cameras: &[Camera],
     illuminations: &[EnvironmentMap],
@@ -68,9 +68,10 @@ pub fn collect_random<T: Send>(
     read: &(dyn Fn(bool, u64, &SphereImage) -> Result<T> + Sync),
 ) -> Result<Vec<Sample<T>>> {
     if illuminations.is_empty() || cameras.len() * random.roughnesses * random.colours == 0 {
-        return Err(Error::Unanswerable(
-            "random reflectances need an illumination, a camera, a roughness and a colour".into(),
-        ));
+        return Err(Error::Empty {
+            what: "a set of random reflectances",
+            needs: "an illumination, a camera, a roughness and a colour",
+        });
     }
     let groups = parallelism.map(illuminations.len(), |illumination| {
         // One generator an illumination: the draws do not depend on who comes first.

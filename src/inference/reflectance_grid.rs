@@ -65,9 +65,7 @@ impl ReflectanceGrid {
             (sigmas, "the axis of roughnesses"),
         ] {
             if axis.len() < 2 || axis.windows(2).any(|pair| pair[0] >= pair[1]) {
-                return Err(Error::Unanswerable(format!(
-                    "{what} needs two values or more, each above the one before"
-                )));
+                return Err(Error::NotRising { what });
             }
         }
         if let Some(&value) = shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
@@ -79,9 +77,12 @@ impl ReflectanceGrid {
         }
         let degree = spectra.iter().map(Vec::len).min().unwrap_or(0);
         if degree == 0 {
-            return Err(Error::Unanswerable(
-                "a posterior needs the spectrum of light, one or more".into(),
-            ));
+            return Err(Error::TooFew {
+                what: "a posterior",
+                items: "spectra of light",
+                needed: 1,
+                got: 0,
+            });
         }
         let degree = degree - 1;
         let set = OperatorSet::new(variant, layout.viewpoint(), layout.angles(), degree)?;

@@ -83,7 +83,7 @@ impl Training {
     /// taken for a scene of its own; set the [`scenes`](Dataset::scenes) of [`named`](Self::named) where that is not so.
     ///
     /// # Errors
-    /// What the renderer or the reader finds wrong; [`Error::Unanswerable`] where nothing is asked for.
+    /// What the renderer or the reader finds wrong; [`Error::Empty`] where nothing is asked for.
     pub fn new(
         illuminations: &[EnvironmentMap],
         materials: &[Material],
@@ -93,9 +93,10 @@ impl Training {
     ) -> Result<Self> {
         let count = plan.developments;
         if illuminations.is_empty() || materials.is_empty() || plan.plan.turns * count == 0 {
-            return Err(Error::Unanswerable(
-                "a model learns from an illumination, a material, a camera and a development, or more of each".into(),
-            ));
+            return Err(Error::Empty {
+                what: "a model",
+                needs: "an illumination, a material, a camera and a development to learn from",
+            });
         }
         let cameras = plan.cameras()?;
         let develop = |seed: u64, image: &SphereImage| {

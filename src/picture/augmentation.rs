@@ -33,11 +33,16 @@ pub fn augment(image: &SphereImage, seed: u64) -> Result<Sphere> {
     let mut refused = None;
     for attempt in 0..8u64 {
         match one(image, seed ^ (attempt << 56)) {
-            Err(error @ Error::Unanswerable(_)) => refused = Some(error),
+            Err(
+                error @ (Error::Saturated { .. }
+                | Error::Black { .. }
+                | Error::TooSmall { .. }
+                | Error::CircleOutside { .. }),
+            ) => refused = Some(error),
             other => return other,
         }
     }
-    Err(refused.unwrap_or_else(|| Error::Unanswerable("a sphere cannot be read".into())))
+    Err(refused.unwrap_or_else(|| Error::Black { what: "the sphere" }))
 }
 
 /// One attempt.
@@ -46,7 +51,7 @@ fn one(image: &SphereImage, seed: u64) -> Result<Sphere> {
     let mean = image.mean();
     let level = Luminance::Rec709.of(mean);
     if level.is_nan() || level <= 0.0 {
-        return Err(Error::Unanswerable("a black sphere has no exposure".into()));
+        return Err(Error::Black { what: "the sphere" });
     }
     let size = image.size();
     let radius = 0.5 * size as f64;

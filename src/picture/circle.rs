@@ -33,9 +33,11 @@ impl std::str::FromStr for Circle {
             {
                 Ok(Self { x, y, radius })
             }
-            _ => Err(Error::Unanswerable(format!(
-                "{text:?} is no circle: give three numbers, x,y,r in pixels, r above 0"
-            ))),
+            _ => Err(Error::Syntax {
+                what: "circle",
+                text: text.into(),
+                needs: "three numbers, x,y,r in pixels, r above 0",
+            }),
         }
     }
 }

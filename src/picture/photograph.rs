@@ -47,7 +47,7 @@ impl Photograph {
     /// What a reader of the photograph gets: linear values on [0, 1], the saturated ones at 1.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a black picture.
+    /// [`Error::Black`] for a black picture.
     pub fn take(&self, image: &SphereImage, seed: u64) -> Result<SphereImage> {
         let mut rng = Pcg64::seed_from_u64(seed);
         let wall = image.mean();
@@ -69,7 +69,7 @@ impl Photograph {
         rng: &mut Pcg64,
     ) -> Result<Vec<[f64; 3]>> {
         if mean.is_nan() || mean <= 0.0 {
-            return Err(Error::Unanswerable("a black sphere has no exposure".into()));
+            return Err(Error::Black { what: "the sphere" });
         }
         let stops = self.spread * (2.0 * rng.random::<f64>() - 1.0);
         let exposure = self.middle * stops.exp2() / mean;
@@ -84,8 +84,12 @@ impl Photograph {
             let (pixels, _) = codes.as_chunks::<3>();
             return Ok(pixels.iter().map(|rgb| rgb.map(on_unit)).collect());
         };
-        let failed =
-            |error: image::ImageError| Error::Unanswerable(format!("JPEG refused: {error}"));
+        let failed = |error: image::ImageError| Error::Encoding {
+            format: "JPEG",
+            width: size,
+            height: size,
+            problem: error.to_string(),
+        };
         let side = u32::try_from(size).unwrap_or(u32::MAX);
         let mut jpeg = Vec::new();
         JpegEncoder::new_with_quality(&mut jpeg, quality)

@@ -49,7 +49,10 @@ impl Picture {
     pub fn linear(width: usize, height: usize, pixels: Vec<[f64; 3]>) -> Result<Self> {
         check_length("the picture", width.saturating_mul(height), pixels.len())?;
         if pixels.is_empty() {
-            return Err(Error::Unanswerable("the picture has no pixel".into()));
+            return Err(Error::Empty {
+                what: "a picture",
+                needs: "a pixel",
+            });
         }
         for (index, rgb) in pixels.iter().enumerate() {
             if let Some(value) = rgb.iter().find(|value| !value.is_finite()) {

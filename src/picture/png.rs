@@ -12,7 +12,7 @@ use crate::{Error, Result};
 /// (IEC 61966-2-1); transparent where `pixel(row, column)` gives nothing.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] for a size that PNG cannot hold.
+/// [`Error::Encoding`] for a size that PNG cannot hold.
 pub fn encode_png(
     width: usize,
     height: usize,
@@ -28,7 +28,7 @@ pub fn encode_png(
 /// their outlines are as opaque as the share of them that the sphere covers, so that outlines have no stairs on any ground.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] without a sphere or a column, or for a size that PNG cannot hold.
+/// [`Error::Empty`]  without a sphere or a column, or for a size that PNG cannot hold.
 pub fn encode_spheres(
     spheres: &[&SphereImage],
     columns: usize,
@@ -36,9 +36,10 @@ pub fn encode_spheres(
     exposure: f64,
 ) -> Result<Vec<u8>> {
     let Some(first) = spheres.first().filter(|_| columns > 0) else {
-        return Err(Error::Unanswerable(
-            "a picture of spheres needs a sphere and a column".into(),
-        ));
+        return Err(Error::Empty {
+            what: "a picture of spheres",
+            needs: "a sphere and a column",
+        });
     };
     let cell = first.size() + margin;
     let rows = spheres.len().div_ceil(columns);
@@ -116,8 +117,11 @@ fn encode(
             size(height),
             ExtendedColorType::Rgba8,
         )
-        .map_err(|error| {
-            Error::Unanswerable(format!("{width} × {height} pixels make no PNG: {error}"))
+        .map_err(|error| Error::Encoding {
+            format: "PNG",
+            width,
+            height,
+            problem: error.to_string(),
         })?;
     Ok(bytes.into_inner())
 }

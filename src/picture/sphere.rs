@@ -46,7 +46,7 @@ impl Picture {
     /// What was found should be looked at: a picture full of edges can hold a circle that is no sphere.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a mask that is not round and a picture without a sphere.
+    /// [`Error::NoSphere`] for a mask that is not round and a picture without a sphere.
     pub fn circle(&self) -> Result<Circle> {
         Ok(self.circles()?.0)
     }
@@ -69,8 +69,8 @@ impl Picture {
     /// is taken from the nearest of them.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] for a circle that leaves the picture or is smaller than 8 pixels in radius, and for a sphere that is black or all but
-    /// saturated.
+    /// [`Error::CircleOutside`] for a circle that leaves the picture, [`Error::TooSmall`] for one of less than 8 pixels in radius,
+    /// [`Error::Black`] and [`Error::Saturated`] for a sphere that is black or all but saturated.
     pub fn sphere(&self, circle: Circle) -> Result<Sphere> {
         let slack = 1.0 + 0.01 * circle.radius;
         let Circle { x, y, radius } = circle;
@@ -80,15 +80,21 @@ impl Picture {
             || x + radius > self.width as f64 + slack
             || y + radius > self.height as f64 + slack
         {
-            return Err(Error::Unanswerable(format!(
-                "the circle {x:.1},{y:.1},{radius:.1} leaves the picture of {} by {} pixels; give one inside it",
-                self.width, self.height
-            )));
+            return Err(Error::CircleOutside {
+                x,
+                y,
+                radius,
+                width: self.width,
+                height: self.height,
+            });
         }
         if radius < 8.0 {
-            return Err(Error::Unanswerable(format!(
-                "a sphere of {radius:.1} pixels radius is too small to be read; 8 are needed"
-            )));
+            return Err(Error::TooSmall {
+                what: "the radius of the sphere",
+                pixels: radius,
+                least: 8.0,
+                purpose: "to be read",
+            });
         }
         let ceiling = self.ceiling_within(circle);
         let size = Sphere::SIZE;
@@ -129,10 +135,7 @@ impl Picture {
         }
         let saturated = clipped / f64::max(count, 1.0);
         if saturated > MOST_SATURATED {
-            return Err(Error::Unanswerable(format!(
-                "{:.0} % of the sphere is saturated; expose it less",
-                100.0 * saturated
-            )));
+            return Err(Error::Saturated { share: saturated });
         }
         let camera = match self.focal {
             // The outline is seen under the angle whose tangent is r/f.
@@ -145,9 +148,7 @@ impl Picture {
         let image = SphereImage::new(camera, size, pixels)?;
         let mean = Luminance::Rec709.of(image.mean());
         if mean.is_nan() || mean <= 0.0 {
-            return Err(Error::Unanswerable(
-                "the sphere is black; expose it more".into(),
-            ));
+            return Err(Error::Black { what: "the sphere" });
         }
         Ok(Sphere {
             image,

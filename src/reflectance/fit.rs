@@ -87,7 +87,7 @@ const MOST_STEPS: usize = 200;
 ///
 /// # Errors
 /// [`Error::Undetermined`] if the measurements do not determine the parameters: no light near the mirror direction, no highlight that is twice its
-/// standard error, a σ at the end of its domain; [`Error::Unanswerable`] if there are fewer than five, or if the method does not settle; [`Error::Domain`] if a direction is not a unit vector above the horizon or a weight is negative;
+/// standard error, a σ at the end of its domain; [`Error::TooFew`] if there are fewer than five, or if the method does not settle; [`Error::Domain`] if a direction is not a unit vector above the horizon or a weight is negative;
 /// [`Error::NotFinite`] if a value is not finite.
 ///
 /// ```
@@ -201,10 +201,12 @@ fn check_determined(
 
 fn check(measurements: &[Measurement]) -> Result<()> {
     if measurements.len() < 5 {
-        return Err(Error::Unanswerable(format!(
-            "{} measurements are too few to fit a lobe; five are the least",
-            measurements.len()
-        )));
+        return Err(Error::TooFew {
+            what: "the fit of a lobe",
+            items: "measurements",
+            needed: 5,
+            got: measurements.len(),
+        });
     }
     for (index, m) in measurements.iter().enumerate() {
         for direction in [m.light, m.view] {
@@ -371,9 +373,10 @@ fn refine(measurements: &[Measurement], variant: Variant, start: Vec<f64>) -> Re
             }
         }
     }
-    Err(Error::Unanswerable(format!(
-        "the fit did not settle in {MOST_STEPS} steps"
-    )))
+    Err(Error::NotConverged {
+        what: "the fit of the lobe",
+        steps: MOST_STEPS,
+    })
 }
 
 fn finish(

@@ -36,7 +36,7 @@ impl IsotropicCoefficients {
     /// is what light of limited degree needs.
     ///
     /// # Errors
-    /// [`Error::Degree`] beyond [`MAX_ISOTROPIC_DEGREE`]; [`Error::Unanswerable`] for an anisotropic lobe, and for [`Variant::Duer`], whose albedo grows
+    /// [`Error::Degree`] beyond [`MAX_ISOTROPIC_DEGREE`]; [`Error::Undefined`] for an anisotropic lobe, and for [`Variant::Duer`], whose albedo grows
     /// as 1/cos `θ_v` towards grazing: its integral over views is infinite.
     ///
     /// ```
@@ -58,14 +58,18 @@ impl IsotropicCoefficients {
             }
         }
         if !lobe.is_isotropic() {
-            return Err(Error::Unanswerable(
-                "an anisotropic lobe has no isotropic coefficients".to_owned(),
-            ));
+            return Err(Error::Undefined {
+                of: "an anisotropic lobe",
+                what: "isotropic coefficients",
+                reason: "give a lobe of one width",
+            });
         }
         if lobe.variant() == Variant::Duer {
-            return Err(Error::Unanswerable(
-                "the duer lobe has no coefficients over views: they diverge at grazing; take gmd or ward1992".to_owned(),
-            ));
+            return Err(Error::Undefined {
+                of: "the duer lobe",
+                what: "coefficients over views",
+                reason: "they diverge at grazing; take gmd or ward1992",
+            });
         }
         let orders = light_degree.min(view_degree) + 1;
         let mut result = Self {

@@ -73,7 +73,7 @@ pub struct Recovered {
 /// value. `b_l` is that of normal incidence.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] if fewer than four degrees from 2 on are known or they do not determine the three parameters.
+/// [`Error::Undetermined`] if fewer than four degrees from 2 on are known or they do not determine the three parameters.
 ///
 /// ```
 /// use lobes::harmonics::{Coefficients, convolve_zonal};
@@ -104,8 +104,10 @@ pub fn recover_lobe(kernel: &[KernelEstimate], variant: Variant) -> Result<Recov
             )
         })
         .collect();
-    let undetermined =
-        || Error::Unanswerable("the kernel does not determine ρ_d, ρ_s and σ".to_owned());
+    let undetermined = || Error::Undetermined {
+        parameter: "the lobe of the kernel",
+        reason: "four degrees from 2 on, at least, must be known well enough to tell ρ_d, ρ_s and σ apart",
+    };
     if known.len() < 4 || scale == 0.0 {
         return Err(undetermined());
     }

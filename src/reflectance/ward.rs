@@ -59,15 +59,17 @@ impl Ward {
     /// A lobe of widths `σ_x` and `σ_y` along the surface's tangents +x and +y.
     ///
     /// # Errors
-    /// [`Error::Domain`] if a width is not in [[`MIN_SIGMA`], 1]; [`Error::Unanswerable`] for
+    /// [`Error::Domain`] if a width is not in [[`MIN_SIGMA`], 1]; [`Error::Undefined`] for
     /// [`Variant::RadianceSampled`], which is defined for one width.
     pub fn anisotropic(variant: Variant, sigma_x: f64, sigma_y: f64) -> Result<Self> {
         check_sigma(sigma_x)?;
         check_sigma(sigma_y)?;
         if variant.is_renormalised() && sigma_x != sigma_y {
-            return Err(Error::Unanswerable(
-                "the sampled Ward lobe is defined for one width, not for two".to_owned(),
-            ));
+            return Err(Error::Undefined {
+                of: "the sampled Ward lobe",
+                what: "second width",
+                reason: "it is defined for one width, not for two",
+            });
         }
         Ok(Self::new(variant, [sigma_x, sigma_y]))
     }

@@ -140,9 +140,12 @@ impl Operator {
     pub fn gauss_rings(viewpoint: Viewpoint, count: usize) -> Result<Vec<f64>> {
         viewpoint.check()?;
         if count == 0 {
-            return Err(Error::Unanswerable(
-                "an operator needs at least one ring".into(),
-            ));
+            return Err(Error::TooFew {
+                what: "an operator",
+                items: "rings",
+                needed: 1,
+                got: 0,
+            });
         }
         let nodes = Rule::gauss_legendre(count)?.nodes;
         // 1 − cos θ = 2 sin²(θ/2) keeps its digits near the axis.
@@ -400,10 +403,12 @@ struct AzimuthalTransform {
 impl AzimuthalTransform {
     fn new(columns: usize, degree: usize) -> Result<Self> {
         if columns < 2 * degree + 1 {
-            return Err(Error::Unanswerable(format!(
-                "{columns} columns cannot carry degree {degree}; {} or more are needed",
-                2 * degree + 1
-            )));
+            return Err(Error::TooFew {
+                what: "a field of this degree",
+                items: "columns",
+                needed: 2 * degree + 1,
+                got: columns,
+            });
         }
         let mut planner = RealFftPlanner::new();
         Ok(Self {
@@ -468,9 +473,12 @@ fn check_degree(degree: usize) -> Result<()> {
 fn check_rings(viewpoint: Viewpoint, rings: &[f64]) -> Result<()> {
     viewpoint.check()?;
     if rings.is_empty() {
-        return Err(Error::Unanswerable(
-            "an operator needs at least one ring".into(),
-        ));
+        return Err(Error::TooFew {
+            what: "an operator",
+            items: "rings",
+            needed: 1,
+            got: 0,
+        });
     }
     for &theta in rings {
         let seen = theta >= 0.0 && viewpoint.view_angle(theta) < FRAC_PI_2;

@@ -113,9 +113,12 @@ impl OperatorTable {
             });
         }
         if nodes < 2 {
-            return Err(Error::Unanswerable(
-                "a table of operators needs two nodes or more".into(),
-            ));
+            return Err(Error::TooFew {
+                what: "a table of operators",
+                items: "nodes",
+                needed: 2,
+                got: nodes,
+            });
         }
         if nodes > 4096 {
             return Err(Error::Domain {

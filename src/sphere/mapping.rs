@@ -99,7 +99,7 @@ impl Mapping {
     ///
     /// # Errors
     ///
-    /// [`Error::Unanswerable`] for a square, which can be an angular map or a mirror ball, and for a shape that fits none.
+    /// [`Error::AmbiguousMapping`] for a square, which can be an angular map or a mirror ball, and for a shape that fits none.
     ///
     /// ```
     /// use lobes::sphere::Mapping;
@@ -113,14 +113,8 @@ impl Mapping {
             .filter(|mapping| mapping.fits(width, height));
         match (fitting.next(), fitting.next()) {
             (Some(mapping), None) => Ok(mapping),
-            (Some(_), Some(_)) => Err(Error::Unanswerable(format!(
-                "a square of {width} by {height} pixels can be an angular map or a mirror ball; say which with \
-                 --mapping angular-map or --mapping mirror-ball"
-            ))),
-            _ => Err(Error::Unanswerable(format!(
-                "{width} by {height} pixels fit no mapping of the sphere; give a lat-long map (2:1), an angular map or \
-                 mirror ball (1:1), or a cross (3:4 or 4:3)"
-            ))),
+            (Some(_), Some(_)) => Err(Error::AmbiguousMapping { width, height }),
+            _ => Err(Error::NoMapping { width, height }),
         }
     }
 

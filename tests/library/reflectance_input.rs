@@ -38,7 +38,7 @@ fn sigma_at_its_ends_and_one_step_past_them() {
     assert_eq!(Roughness::from_sigma(-0.0), Ok(Roughness::Mirror));
     assert!(matches!(
         Ward::anisotropic(Variant::RadianceSampled, 0.1, 0.2),
-        Err(Error::Unanswerable(_))
+        Err(Error::Undefined { .. })
     ));
 }
 

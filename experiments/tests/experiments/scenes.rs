@@ -76,7 +76,11 @@ impl Expert for Honest<'_> {
             let place = self.places[self.data.observations[i].illumination];
             let known = |(j, other): (usize, &u64)| seen[j] && *other == place;
             if self.places.iter().enumerate().any(known) {
-                return Err(Error::Unanswerable(format!("place {place} was seen")));
+                return Err(Error::Undefined {
+                    of: "a scene that was seen",
+                    what: "place here",
+                    reason: "the fold must leave it out",
+                });
             }
         }
         Ok(vec![vec![0.0; 2]; observations.len()])

@@ -21,16 +21,16 @@ pub(in crate::picture) fn of_mask(coverage: &[f64], width: usize) -> Result<Circ
         }
     }
     if count < 1.0 {
-        return Err(Error::Unanswerable(
-            "the mask leaves no pixel; give the sphere with --circle".into(),
-        ));
+        return Err(Error::NoSphere {
+            reason: "the mask leaves no pixel",
+        });
     }
     let radius = (count / std::f64::consts::PI).sqrt();
     let round = |extent: f64| (extent / (2.0 * radius) - 1.0).abs() < 0.05 + 1.0 / radius;
     if !(round(right - left) && round(bottom - top)) {
-        return Err(Error::Unanswerable(
-            "the mask is not round, so it is not the outline of a sphere; give the sphere with --circle".into(),
-        ));
+        return Err(Error::NoSphere {
+            reason: "the mask is not round, so it is not the outline of a sphere",
+        });
     }
     Ok(Circle {
         x: x / count,

@@ -26,11 +26,12 @@ pub(super) use mask::of_mask;
 pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
     let side = picture.width().min(picture.height());
     if side < 16 {
-        return Err(Error::Unanswerable(format!(
-            "a picture of {} by {} pixels is too small to find a sphere in; 16 a side are the least",
-            picture.width(),
-            picture.height()
-        )));
+        return Err(Error::TooSmall {
+            what: "the shorter side of the picture",
+            pixels: side as f64,
+            least: 16.0,
+            purpose: "to find a sphere in",
+        });
     }
     match plain::before_one_value(picture) {
         Some(circle) => Ok((circle, Vec::new())),

@@ -107,11 +107,13 @@ pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
             apart.into_iter().skip(1).map(whole).collect(),
         ));
     }
-    Err(Error::Unanswerable(if saturated.iter().any(passes) {
-        "all that is round in the picture is saturated, a lamp or a sphere exposed too much; give a sphere with --circle x,y,r".into()
-    } else {
-        "no sphere is to be seen in the picture; give it with --circle x,y,r".into()
-    }))
+    Err(Error::NoSphere {
+        reason: if saturated.iter().any(passes) {
+            "all that is round in the picture is saturated, a lamp or a sphere exposed too much"
+        } else {
+            "no sphere is to be seen in the picture"
+        },
+    })
 }
 
 /// The circle with the best score; but rather one around it, and of those that are all but the same the one on which the light breaks best.
