@@ -358,6 +358,11 @@ impl Error {
 }
 
 /// Checks that an array has the length that the operation needs.
+///
+/// `what` is the array, as the sentence of the error names it.
+///
+/// # Errors
+/// [`Error::Length`] where it has another.
 pub fn check_length(what: &'static str, expected: usize, got: usize) -> Result<()> {
     if got == expected {
         Ok(())
@@ -413,6 +418,9 @@ pub(crate) fn not_finite(output: &'static str, what: &'static str, input: &[f64]
 }
 
 /// Checks that every value is finite.
+///
+/// # Errors
+/// [`Error::NotFinite`] with the first that is not.
 pub fn check_finite(what: &'static str, values: &[f64]) -> Result<()> {
     match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),

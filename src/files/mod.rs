@@ -1,7 +1,7 @@
 //! Pictures in files: reading and writing linear radiance.
 //!
 //! Nothing here knows of directions: [`illumination`](crate::illumination) makes light of a picture,
-//! [`report`](crate::report) makes pictures of numbers.
+//! [`picture`](crate::picture) finds a sphere in one.
 
 mod codes;
 mod exr;

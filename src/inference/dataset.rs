@@ -21,12 +21,18 @@ pub struct View {
 
 impl View {
     /// So many cameras evenly about the vertical, the first towards +z.
+    ///
+    /// # Errors
+    /// Those of [`camera`](Self::camera).
     pub fn cameras(self, turns: usize) -> Result<Vec<Camera>> {
         let turn = |i: usize| TAU * i as f64 / turns as f64;
         (0..turns).map(|i| self.camera(turn(i))).collect()
     }
 
     /// The camera at an azimuth about the vertical: 0 stands towards +z.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for an elevation that is not between −π/2 and π/2, and a camera inside the sphere.
     pub fn camera(self, azimuth: f64) -> Result<Camera> {
         if self.elevation.is_nan() || self.elevation.abs() >= TAU / 4.0 {
             return Err(Error::Domain {

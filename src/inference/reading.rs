@@ -105,7 +105,7 @@ impl LogReader {
         })
     }
 
-    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`] of a picture and ln R/G and ln B/G of its mean: all that [`Method::LogBands`](super::Method::LogBands) uses where the exposure
+    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`] of a picture and ln R/G and ln B/G of its mean: all that the classifier `log-bands` uses where the exposure
     /// is unknown.
     ///
     /// # Errors

@@ -41,7 +41,7 @@ mod tests {
             assert!((found - centre).abs() < 1e-7, "{found} for {centre}");
         }
         // At an end, and the error of the function.
-        let rising = minimise((0.0, 1.0), 1e-9, |x| Ok::<f64, ()>(x)).unwrap();
+        let rising = minimise((0.0, 1.0), 1e-9, Ok::<f64, ()>).unwrap();
         assert!(rising < 1e-9);
         assert_eq!(minimise((0.0, 1.0), 1e-9, |_| Err("no")), Err("no"));
     }

@@ -160,7 +160,7 @@ mod tests {
         assert!(picture.is_encoded() && !picture.has_mask());
     }
 
-    /// A little TIFF of one entry: FocalLengthIn35mmFilm (0xa405), a short, in the EXIF directory.
+    /// A little TIFF of one entry: `FocalLengthIn35mmFilm` (0xa405), a short, in the EXIF directory.
     #[test]
     fn exif_tells_the_focal_length() {
         let mut exif = b"II*\0\x08\0\0\0".to_vec();

@@ -68,10 +68,10 @@ impl Block {
         let secant2 = x * x + y * y + 1.0;
         let mut value = gaussian * power(simd, z, self.powers.light);
         for _ in 0..self.powers.secant {
-            value = value * secant2;
+            value *= secant2;
         }
         for _ in 0..self.powers.height {
-            value = value * inverse;
+            value *= inverse;
         }
         let visible = z.simd_gt(splat(HORIZON)) & off_unit.simd_le(splat(UNIT_TOLERANCE));
         visible
@@ -89,7 +89,7 @@ fn power<S: Simd>(simd: S, x: f64x8<S>, power: HalfPower) -> f64x8<S> {
         x.sqrt()
     };
     for _ in 0..power.0 / 2 {
-        value = value * x;
+        value *= x;
     }
     value
 }

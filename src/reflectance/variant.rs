@@ -1,5 +1,10 @@
 //! The four published forms of Ward's lobe, and the powers by which they differ.
 
+#![expect(
+    clippy::doc_markdown,
+    reason = "the formulas are plain text, with subscripts"
+)]
+
 use crate::named;
 
 /// Which of the four published forms of Ward's lobe.

@@ -154,7 +154,7 @@ fn edges(src: &Path) -> BTreeMap<Module, BTreeSet<Module>> {
             let name = rest.first().cloned().unwrap_or_default();
             match handed_on.get(&(module.to_vec(), name)) {
                 Some(next) => {
-                    target = [next.as_slice(), rest.get(1..).unwrap_or_default()].concat()
+                    target = [next.as_slice(), rest.get(1..).unwrap_or_default()].concat();
                 }
                 None => break,
             }
