@@ -17,6 +17,7 @@ mod colorimetry;
 mod convention;
 mod convolution;
 mod evaluation;
+mod ggx;
 mod invariance;
 mod legendre;
 mod map;
@@ -136,6 +137,7 @@ pub fn contracts() -> Vec<Contract> {
         beckmann::contracts(),
         radiance::contracts(),
         ward_mitsuba::contracts(),
+        ggx::contracts(),
         view_operator::contracts(),
         render::contracts(),
         map::contracts(),

@@ -137,7 +137,7 @@ const VECTORS: usize = 4;
 const BLOCK: usize = LANES * VECTORS;
 
 /// Σ factor · e^(−exponent) · `P_l(1 − versine)` for every l up to a degree, a block of nodes at a time.
-struct LegendreSums {
+pub(super) struct LegendreSums {
     level: Level,
     versines: [f64; BLOCK],
     exponents: [f64; BLOCK],
@@ -150,7 +150,7 @@ struct LegendreSums {
 }
 
 impl LegendreSums {
-    fn new(max_degree: usize) -> Self {
+    pub(super) fn new(max_degree: usize) -> Self {
         Self {
             level: vectors::level(),
             versines: [0.0; BLOCK],
@@ -167,12 +167,12 @@ impl LegendreSums {
         }
     }
 
-    fn degree(&self) -> f64 {
+    pub(super) fn degree(&self) -> f64 {
         self.steps.len() as f64
     }
 
     #[inline]
-    fn push(&mut self, versine: f64, exponent: f64, factor: f64) {
+    pub(super) fn push(&mut self, versine: f64, exponent: f64, factor: f64) {
         self.versines[self.filled] = versine;
         self.exponents[self.filled] = exponent;
         self.factors[self.filled] = factor;
@@ -188,7 +188,7 @@ impl LegendreSums {
         self.filled = 0;
     }
 
-    fn finish(mut self) -> Vec<f64> {
+    pub(super) fn finish(mut self) -> Vec<f64> {
         self.factors[self.filled..].fill(0.0);
         self.flush();
         self.sums.iter().map(|lanes| lanes.iter().sum()).collect()

@@ -16,6 +16,7 @@ mod reflectance_approximation;
 mod reflectance_closed_forms;
 mod reflectance_fit;
 mod reflectance_frequency;
+mod reflectance_ggx;
 mod reflectance_input;
 mod reflectance_sampling;
 mod reflection;

@@ -4,12 +4,13 @@
 //! measured.
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write;
-use std::path::Path;
 
 use lobes::glam::DVec3;
 use lobes::reflectance::fit::{Measurement, Widths, fit};
 use lobes::reflectance::{Variant, Ward, approximation, lambert, presets, presets_as_albedos};
 use lobes_cli::report::{Axis, Chart, Mark, Naming, Series};
+
+use super::document;
 
 fn lobe(variant: Variant, sigma: f64) -> Ward {
     Ward::isotropic(variant, sigma).unwrap()
@@ -412,48 +413,25 @@ fn width_table() -> String {
 
 #[test]
 fn the_document_says_what_is_measured() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference");
-    let path = folder.join("ward.md");
-    let text = std::fs::read_to_string(&path).unwrap();
-    let mut made = text.clone();
-    for (name, table) in [
-        ("albedo", albedo_table()),
-        ("bounds", bounds_table()),
-        ("frequency", frequency_table()),
-        ("oblique", oblique_table()),
-        ("lambert", lambert_table()),
-        ("materials", material_table()),
-        ("mirror", mirror_table()),
-        ("width", width_table()),
-        ("published", published_table()),
-    ] {
-        let (open, close) = (format!("<!-- table {name} -->\n"), "<!-- end -->");
-        let start = made
-            .find(&open)
-            .unwrap_or_else(|| panic!("no table {name}"))
-            + open.len();
-        let end = start + made[start..].find(close).unwrap();
-        made.replace_range(start..end, &table);
-    }
-    let figures = [
-        ("ward-albedo.svg", albedo_figure()),
-        ("ward-lobes.svg", lobes_figure()),
-        ("ward-zonal.svg", zonal_figure()),
-        ("ward-errors.svg", error_figure()),
-    ];
-    if std::env::var_os("LOBES_WRITE_DOCUMENTS").is_some() {
-        std::fs::write(&path, &made).unwrap();
-        for (name, figure) in figures {
-            std::fs::write(folder.join(name), figure.svg()).unwrap();
-        }
-        return;
-    }
-    let remedy = "run LOBES_WRITE_DOCUMENTS=1 cargo test --test command ward_document";
-    assert!(made == text, "docs/reference/ward.md is stale; {remedy}");
-    for (name, figure) in figures {
-        assert!(
-            std::fs::read_to_string(folder.join(name)).is_ok_and(|old| old == figure.svg()),
-            "docs/reference/{name} is stale; {remedy}"
-        );
-    }
+    document::check(
+        "ward.md",
+        "ward_document",
+        &[
+            ("albedo", albedo_table()),
+            ("bounds", bounds_table()),
+            ("frequency", frequency_table()),
+            ("oblique", oblique_table()),
+            ("lambert", lambert_table()),
+            ("materials", material_table()),
+            ("mirror", mirror_table()),
+            ("width", width_table()),
+            ("published", published_table()),
+        ],
+        &[
+            ("ward-albedo.svg", albedo_figure()),
+            ("ward-lobes.svg", lobes_figure()),
+            ("ward-zonal.svg", zonal_figure()),
+            ("ward-errors.svg", error_figure()),
+        ],
+    );
 }
