@@ -32,7 +32,7 @@ fn main() -> lobes::Result<()> {
             for m in -(l as isize)..=l as isize {
                 // Twelve uniform numbers make a near enough normal one.
                 let normal = (0..12).map(|_| generator.random::<f64>()).sum::<f64>() - 6.0;
-                field.set(l, m, truth[l].sqrt() * normal);
+                field.set(l, m, truth[l].sqrt() * normal)?;
             }
         }
         let mut map = transform.synthesise(&field)?;

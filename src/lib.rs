@@ -7,6 +7,8 @@
 //!
 //! The modules follow the data; each may use those above it, never those below.
 
+#![forbid(unsafe_code)]
+
 pub mod sphere;
 
 pub mod harmonics;

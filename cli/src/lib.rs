@@ -1,5 +1,6 @@
 //! The `lobes` command: verbs, arguments, exit codes.
 
+#![forbid(unsafe_code)]
 #![expect(
     clippy::doc_markdown,
     reason = "the help's formulas are plain text, with subscripts"

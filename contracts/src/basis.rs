@@ -112,7 +112,7 @@ fn scipy_high(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
         let (l, direction) = (case.degree, case.direction());
         for (m, want) in (-(l as isize)..).zip(&case.values) {
             let mut single = Coefficients::zeros(l);
-            single.set(l, m, 1.0);
+            single.set(l, m, 1.0)?;
             tally.compare_scaled(evaluate(&single, direction)?, *want, scale(l), || {
                 format!("m = {m}, {direction}")
             });

@@ -91,7 +91,9 @@ pub(super) fn degrees_and_orders(degree: usize) -> impl Iterator<Item = (usize, 
 pub(super) fn coefficients(degree: usize, values: &[f64]) -> Coefficients {
     let mut coefficients = Coefficients::zeros(degree);
     for ((l, m), value) in degrees_and_orders(degree).zip(values) {
-        coefficients.set(l, m, *value);
+        if let Some(index) = coefficients.index(l, m) {
+            coefficients.as_mut_slice()[index] = *value;
+        }
     }
     coefficients
 }

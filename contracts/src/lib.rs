@@ -5,6 +5,8 @@
 //! command `lobes accuracy` prints what it measured, and `ACCURACY.md` is that print-out. The
 //! oracles ran long ago: their answers lie in [`Snapshots`], so neither needs Python.
 
+#![forbid(unsafe_code)]
+
 mod generator;
 mod measurement;
 mod metric;

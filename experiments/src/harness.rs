@@ -182,6 +182,7 @@ impl Harness {
     }
 
     /// The pictures of [`Protocol::Paper`] as [`Protocol::Blind`] has them, without rendering them again.
+    #[must_use]
     pub fn blind(&self) -> Self {
         let observations = self.dataset.observations.iter().cloned();
         Self {

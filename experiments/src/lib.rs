@@ -3,6 +3,7 @@
 //! The library holds what reads one picture ([`lobes::inference`]); this crate holds what is tried
 //! and judged on many of them.
 
+#![forbid(unsafe_code)]
 #![expect(
     clippy::doc_markdown,
     reason = "the formulas are plain text, with subscripts"

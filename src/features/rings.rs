@@ -72,6 +72,7 @@ impl RingLayout {
     }
 
     /// The same rings with no more than these orders.
+    #[must_use]
     pub fn with_orders_up_to(&self, orders: usize) -> Self {
         Self {
             orders: self.orders.min(orders),

@@ -46,10 +46,11 @@ pub(crate) const fn column_start(degree: usize, m: usize) -> usize {
 /// ```
 /// use lobes::harmonics::Coefficients;
 /// let mut f = Coefficients::zeros(3);
-/// f.set(2, -1, 5.0);
+/// f.set(2, -1, 5.0)?;
 /// assert_eq!(f.get(2, -1), 5.0);
 /// assert_eq!(f.sine(1), [0.0, 5.0, 0.0]);
 /// assert_eq!(f.as_slice().len(), 16);
+/// # Ok::<(), lobes::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coefficients {
@@ -134,26 +135,19 @@ impl Coefficients {
         }
     }
 
-    /// Sets f_lm. Leaves everything as it is where (l, m) is not stored: [`try_set`](Self::try_set) says so in an error.
-    pub fn set(&mut self, l: usize, m: isize, value: f64) {
-        if let Some(index) = self.index(l, m) {
-            self.values[index] = value;
-        }
-    }
-
     /// Sets f_lm.
     ///
     /// ```
     /// use lobes::{Error, harmonics::Coefficients};
     /// let mut f = Coefficients::zeros_with_orders(3, 1);
-    /// f.try_set(3, -1, 2.0)?;
-    /// assert!(matches!(f.try_set(3, 2, 1.0), Err(Error::NotStored { .. })));
+    /// f.set(3, -1, 2.0)?;
+    /// assert!(matches!(f.set(3, 2, 1.0), Err(Error::NotStored { .. })));
     /// # Ok::<(), lobes::Error>(())
     /// ```
     ///
     /// # Errors
     /// [`Error::NotStored`] where (l, m) is not stored: see [`index`](Self::index).
-    pub fn try_set(&mut self, l: usize, m: isize, value: f64) -> Result<()> {
+    pub fn set(&mut self, l: usize, m: isize, value: f64) -> Result<()> {
         let index = self.index(l, m).ok_or(Error::NotStored {
             degree: l,
             order: m,

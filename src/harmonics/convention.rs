@@ -92,7 +92,7 @@ impl Coefficients {
     /// ```
     /// use lobes::harmonics::{Coefficients, Convention, Order};
     /// let mut f = Coefficients::zeros(1);
-    /// f.set(1, -1, 2.0);
+    /// f.set(1, -1, 2.0)?;
     /// let flat = f.to_real(Convention::HEALPIX, Order::ByDegree);
     /// assert_eq!(flat, [0.0, -2.0, 0.0, 0.0]);
     /// assert_eq!(Coefficients::from_real(1, Convention::HEALPIX, Order::ByDegree, &flat)?, f);
@@ -123,7 +123,9 @@ impl Coefficients {
         )?;
         let mut f = Self::zeros(degree);
         for_each(degree, order, |at, l, m| {
-            f.set(l, m, values[at] / convention.factor(l, m.unsigned_abs()));
+            if let Some(index) = f.index(l, m) {
+                f.as_mut_slice()[index] = values[at] / convention.factor(l, m.unsigned_abs());
+            }
         });
         Ok(f)
     }
@@ -134,7 +136,7 @@ impl Coefficients {
     /// ```
     /// use lobes::harmonics::{Coefficients, Convention};
     /// let mut f = Coefficients::zeros(1);
-    /// f.set(1, 1, 2f64.sqrt());
+    /// f.set(1, 1, 2f64.sqrt())?;
     /// let a = f.to_complex(Convention::HEALPIX);
     /// assert!((a[2].re + 1.0).abs() < 1e-15 && a[2].im == 0.0); // a_11
     /// ```
@@ -183,11 +185,11 @@ impl Coefficients {
                             allowed: "0, as a real function needs",
                         });
                     }
-                    f.set(l, 0, a.re / factor);
+                    f.set(l, 0, a.re / factor)?;
                 } else {
                     let a = a * (SQRT_2 / factor);
-                    f.set(l, m as isize, a.re);
-                    f.set(l, -(m as isize), -a.im);
+                    f.set(l, m as isize, a.re)?;
+                    f.set(l, -(m as isize), -a.im)?;
                 }
             }
         }

@@ -14,7 +14,7 @@ use crate::{Error, Result};
 /// ```
 /// use lobes::harmonics::{Coefficients, average_power};
 /// let mut f = Coefficients::zeros(1);
-/// f.set(1, 0, 3.0);
+/// f.set(1, 0, 3.0)?;
 /// assert_eq!(average_power(&f), [0.0, 3.0]);
 /// let zonal = Coefficients::from_vec(3, 0, vec![0.0, 0.0, 0.0, 1.0])?; // Y_3^0, order 0 alone
 /// assert_eq!(average_power(&zonal), [0.0, 0.0, 0.0, 1.0 / 7.0]);

@@ -33,7 +33,7 @@ pub const MAX_DEGREE: usize = 4096;
 /// use lobes::sphere::Grid;
 /// let transform = Transform::new(&Grid::gauss_legendre(8, 16)?, 7)?;
 /// let mut f = Coefficients::zeros(7);
-/// f.set(3, -2, 1.0);
+/// f.set(3, -2, 1.0)?;
 /// let map = transform.synthesise(&f)?;
 /// assert!((transform.analyse(&map)?.get(3, -2) - 1.0).abs() < 1e-14);
 /// # Ok::<(), lobes::Error>(())

@@ -46,6 +46,7 @@ impl Reading {
     /// What would have been read off the picture over its own mean luminance: all that an unknown exposure leaves.
     ///
     /// [`JudgedReading::evidence`] and the picture keep their scale, which [`GaussianEvidence`](super::GaussianEvidence) does not notice.
+    #[must_use]
     pub fn without_exposure(mut self) -> Self {
         let mean = Luminance::Rec709.of(self.mean);
         self.mean = self.mean.map(|value| value / mean);

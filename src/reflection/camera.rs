@@ -107,6 +107,7 @@ impl Camera {
     }
 
     /// The camera turned about its line of sight by `angle` (radians), anticlockwise as seen by whoever looks through it.
+    #[must_use]
     pub fn rolled(self, angle: f64) -> Self {
         let (sin, cos) = angle.sin_cos();
         Self {

@@ -87,6 +87,7 @@ impl SphereImage {
     }
 
     /// The picture with `f` applied to each pixel of the sphere.
+    #[must_use]
     pub fn map(&self, f: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
         let mut image = self.clone();
         for pixel in image.pixels.iter_mut().filter(|pixel| !pixel[0].is_nan()) {

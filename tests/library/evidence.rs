@@ -78,8 +78,8 @@ fn a_picture_through_the_operator_has_the_operators_modes() {
     // Light of one degree through the operator, painted pixel by pixel through the light's own harmonics on a mirror.
     let camera = Camera::orthographic(DVec3::Z, DVec3::Y).unwrap();
     let mut light = Coefficients::zeros(4);
-    light.set(4, 2, 1.0);
-    light.set(3, -1, 0.5);
+    light.set(4, 2, 1.0).unwrap();
+    light.set(3, -1, 0.5).unwrap();
     // The view's frame: x right, y up, z towards the camera.
     let image = picture(camera, 256, |polar, azimuth| {
         let direction = DVec3::new(

@@ -431,8 +431,8 @@ fn past_the_end_is_an_error() {
     // The largest degree of all, of order 1: exact there.
     let transform = Transform::with_orders(&grid, 4096, 1).unwrap();
     let mut f = Coefficients::zeros_with_orders(4096, 1);
-    f.set(4096, 1, 1.0);
-    f.set(4095, 0, 2.0);
+    f.set(4096, 1, 1.0).unwrap();
+    f.set(4095, 0, 2.0).unwrap();
     let back = transform
         .analyse(&transform.synthesise(&f).unwrap())
         .unwrap();
@@ -484,8 +484,8 @@ fn conventions_there_and_back() {
     );
     // Schmidt's P_1^1 = sin θ and 4π's Y_00 = 1: the function is the sum of coefficient times basis function.
     let mut g = Coefficients::zeros(1);
-    g.set(1, 1, 1.0);
-    g.set(0, 0, 1.0);
+    g.set(1, 1, 1.0).unwrap();
+    g.set(0, 0, 1.0).unwrap();
     let d = DVec3::new(0.6, 0.0, 0.8);
     let value = evaluate(&g, d).unwrap();
     let schmidt = g.to_real(

@@ -22,7 +22,7 @@ fn field(power: &[f64], generator: &mut Pcg64) -> Coefficients {
     let mut f = Coefficients::zeros(degree);
     for l in 0..=degree {
         for m in -(l as isize)..=l as isize {
-            f.set(l, m, power[l].sqrt() * normal(generator));
+            f.set(l, m, power[l].sqrt() * normal(generator)).unwrap();
         }
     }
     f

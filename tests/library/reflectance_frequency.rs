@@ -17,7 +17,9 @@ fn light(degree: usize, seed: u64) -> Coefficients {
     for l in 0..=degree {
         for m in -(l as isize)..=l as isize {
             let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-            light.set(l, m, normal * (l.max(1) as f64).powf(-1.2));
+            light
+                .set(l, m, normal * (l.max(1) as f64).powf(-1.2))
+                .unwrap();
         }
     }
     light

@@ -18,7 +18,7 @@ fn smooth_light(seed: u64) -> Coefficients {
     for value in light.as_mut_slice() {
         *value = 0.15 * (random.random::<f64>() - 0.5);
     }
-    light.set(0, 0, 3.0);
+    light.set(0, 0, 3.0).unwrap();
     light
 }
 

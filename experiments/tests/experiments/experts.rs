@@ -40,11 +40,11 @@ fn dataset(count: usize, exposure: f64) -> Dataset<Reading> {
             for m in -(l as isize)..=l as isize {
                 let (u, v): (f64, f64) = (rng.random(), rng.random());
                 let deviate = (-2.0 * (1.0 - u).ln()).sqrt() * (2.0 * PI * v).cos();
-                light.set(l, m, power.sqrt() * deviate);
+                light.set(l, m, power.sqrt() * deviate).unwrap();
             }
         }
         // Light is positive.
-        light.set(0, 0, 20.0);
+        light.set(0, 0, 20.0).unwrap();
         let mut reflected = light.clone();
         let transfers: Vec<f64> = lambert::transfers(DEGREE)
             .unwrap()
