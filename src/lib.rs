@@ -16,6 +16,9 @@ pub mod harmonics;
 pub mod reflectance;
 
 #[cfg(feature = "files")]
+pub mod exchange;
+
+#[cfg(feature = "files")]
 pub mod files;
 
 pub mod illumination;

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use lobes::exchange::Format;
 use lobes::features::Continuation;
 use lobes::illumination::builtin_names;
 use lobes::picture::Circle;
@@ -81,11 +82,15 @@ pub(super) enum Verb {
 Examples:
   lobes list lights
   lobes list materials --materials paints.toml
+  lobes list materials --as radiance > materials.rad
   lobes list lobes --json")]
 pub(super) struct List {
     /// What is listed.
     #[arg(value_enum)]
     pub(super) what: Listed,
+    /// Write the materials as another program reads them, for a file.
+    #[arg(long = "as", value_name = "FORMAT", value_parser = one_of(Format::ALL, Format::name))]
+    pub(super) written_as: Option<Format>,
     #[command(flatten)]
     pub(super) materials: Materials,
 }
@@ -147,7 +152,8 @@ pub(super) struct Lobe {
 /// What spheres are made of.
 #[derive(Debug, Args)]
 pub(super) struct Materials {
-    /// A TOML file of materials instead of the eight presets; see docs/how-to/materials.md.
+    /// A file of materials instead of the eight presets: TOML, or glTF (.gltf), Mitsuba's (.xml) or Radiance's (.rad); see
+    /// docs/how-to/materials.md.
     #[arg(long, value_name = "FILE")]
     pub(super) materials: Option<PathBuf>,
     /// Read the presets' numbers as albedos ρ_d and ρ_s, not as Radiance's arguments.

@@ -6,6 +6,7 @@ use serde_json::json;
 use crate::arguments::{List, Listed};
 use crate::{console, materials};
 use lobes::Result;
+use lobes::exchange;
 use lobes::illumination::{EnvironmentMap, Luminance, builtin};
 use lobes::reflectance::Variant;
 
@@ -44,6 +45,14 @@ fn lights(maps: &[EnvironmentMap]) -> Result<()> {
 }
 
 fn list_materials(options: &List) -> Result<()> {
+    if let Some(format) = options.written_as {
+        let written = exchange::write(format, &materials::load(&options.materials)?)?;
+        for note in &written.notes {
+            console::complain(note.to_string());
+        }
+        console::bytes(written.text.as_bytes());
+        return Ok(());
+    }
     let mut table = table(&[
         "material", "σ", "ρd red", "green", "blue", "ρs red", "green", "blue",
     ]);

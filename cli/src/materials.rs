@@ -1,11 +1,12 @@
-//! Materials from a TOML file, or the presets.
+//! Materials from a TOML file, from a file of another program, or the presets.
 
 use std::path::Path;
 
 use serde::Deserialize;
 
 use crate::arguments::Materials;
-use crate::{named, slug};
+use crate::{console, named, slug};
+use lobes::exchange::{self, Format};
 use lobes::reflectance::{Material, presets, presets_as_albedos};
 use lobes::{Error, Result};
 
@@ -95,10 +96,32 @@ fn read(path: &Path) -> Result<Vec<Material>> {
         Error::file(
             path,
             format!("cannot be read ({error})"),
-            "name a TOML file of materials",
+            "name a file of materials, TOML, glTF, Mitsuba's or Radiance's",
         )
     })?;
-    parse(path, &text)
+    match Format::of_path(path) {
+        Some(format) => foreign(path, format, &text),
+        None => parse(path, &text),
+    }
+}
+
+/// The materials of another program's file; what they lose is said.
+fn foreign(path: &Path, format: Format, text: &str) -> Result<Vec<Material>> {
+    let found = exchange::read(format, text).map_err(|error| match error {
+        Error::Contents { problem, remedy } => Error::file(path, problem, remedy),
+        other => other,
+    })?;
+    for note in &found.notes {
+        console::complain(format!("{}: {note}", path.display()));
+    }
+    if found.materials.is_empty() {
+        return Err(Error::file(
+            path,
+            "holds no material that can be read",
+            "docs/how-to/materials.md says what is read of other programs",
+        ));
+    }
+    Ok(found.materials)
 }
 
 /// The materials of a file's text.

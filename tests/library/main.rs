@@ -4,6 +4,7 @@ mod adaptation;
 mod architecture;
 mod documents;
 mod evidence;
+mod exchange;
 mod features;
 mod harmonics;
 mod harmonics_partial;
