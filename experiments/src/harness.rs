@@ -338,7 +338,7 @@ impl Harness {
         let alone = |expert: &dyn Expert| run(&Stack::new(data, vec![expert]), &all);
         let log_bands = || discriminant("log bands", &|reading| self.log_bands(reading));
         let evidence = || {
-            self.evidence.as_ref().ok_or_else(|| Error::Undefined {
+            self.evidence.as_ref().ok_or(Error::Undefined {
                 of: "a harness that was not prepared",
                 what: "evidence",
                 reason: "call `prepare` first",
@@ -390,7 +390,7 @@ impl Harness {
 }
 
 fn judged_reading(reading: &Reading) -> Result<&JudgedReading> {
-    reading.judged.as_ref().ok_or_else(|| Error::Undefined {
+    reading.judged.as_ref().ok_or(Error::Undefined {
         of: "a picture that was read to learn from",
         what: "features of the paper",
         reason: "they are read of the pictures that are judged",

@@ -143,7 +143,7 @@ impl Unwrapped {
             for &(sin, cos) in &azimuths {
                 let x = (0.5 * (1.0 + radius * cos)) * size as f64 - 0.5;
                 let y = (0.5 * (1.0 - radius * sin)) * size as f64 - 0.5;
-                let value = bilinear(image, x, y).ok_or_else(|| Error::Unseen {
+                let value = bilinear(image, x, y).ok_or(Error::Unseen {
                     what: "a point on one of its rings",
                 })?;
                 values.push(value);

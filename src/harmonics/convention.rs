@@ -139,6 +139,7 @@ impl Coefficients {
     /// f.set(1, 1, 2f64.sqrt())?;
     /// let a = f.to_complex(Convention::HEALPIX);
     /// assert!((a[2].re + 1.0).abs() < 1e-15 && a[2].im == 0.0); // a_11
+    /// # Ok::<(), lobes::Error>(())
     /// ```
     pub fn to_complex(&self, convention: Convention) -> Vec<Complex64> {
         let degree = self.degree();

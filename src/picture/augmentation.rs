@@ -42,7 +42,7 @@ pub fn augment(image: &SphereImage, seed: u64) -> Result<Sphere> {
             other => return other,
         }
     }
-    Err(refused.unwrap_or_else(|| Error::Black { what: "the sphere" }))
+    Err(refused.unwrap_or(Error::Black { what: "the sphere" }))
 }
 
 /// One attempt.
