@@ -61,6 +61,16 @@ pub enum Error {
         /// The error reached, as estimated.
         reached: f64,
     },
+    /// A lobe that a caller gave has a value that no lobe has.
+    #[error(
+        "the lobe {lobe:?} is {value} in a direction of the light, where it has to be finite and not negative"
+    )]
+    Lobe {
+        /// What the caller calls it.
+        lobe: String,
+        /// Its value; one that is not finite may be that of a sum.
+        value: f64,
+    },
     /// Nothing has the name that was given.
     #[error("there is no {what} {name:?}; the names are {}", names.join(", "))]
     UnknownName {

@@ -12,6 +12,7 @@ mod image;
 mod irradiance;
 mod kernel;
 mod lamps;
+mod light_tree;
 mod operator;
 mod operator_lobe;
 mod operator_rotation;
@@ -24,6 +25,7 @@ mod strip;
 
 pub use camera::{Camera, Sight};
 pub use image::{SphereImage, check_size};
+pub use light_tree::{Bounded, FunctionLobe, LightTree};
 pub(crate) use operator::check_spectrum;
 pub use operator::{Operator, Viewpoint};
 pub use operator_table::{OperatorSet, OperatorTable};

@@ -1,0 +1,14 @@
+//! The light as a tree: integrals against any lobe, with a bound of their errors. What holds, and why: docs/rendering-bound.md.
+
+mod answer;
+mod cut;
+mod descent;
+mod lanes;
+mod lobe;
+mod opening;
+mod tree;
+mod ward_lobe;
+
+pub use answer::Bounded;
+pub use lobe::FunctionLobe;
+pub use tree::LightTree;
