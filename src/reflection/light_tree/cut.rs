@@ -3,8 +3,8 @@
 use fearless_simd::{f64x8, prelude::*};
 use glam::DVec3;
 
-use super::descent::PartLight;
 use super::lobe::Lobe;
+use super::parts::PartLight;
 
 /// The height over the horizon about the middle of eight patches: its value, its change over half a side down and along, and how
 /// far a patch's heights may be from that plane.

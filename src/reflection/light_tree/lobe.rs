@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use fearless_simd::{f64x8, prelude::*};
 use glam::DVec3;
 
-use super::opening::Neighbourhood;
+use super::neighbourhood::Neighbourhood;
 
 /// A lobe times the light's cosine, at one normal and one view, as a function of the light.
 ///

@@ -5,7 +5,9 @@ mod cut;
 mod descent;
 mod lanes;
 mod lobe;
+mod neighbourhood;
 mod opening;
+mod parts;
 mod tree;
 mod ward_lobe;
 

@@ -3,6 +3,7 @@
 use fearless_simd::{f64x8, prelude::*};
 
 use super::lobe::Lobe;
+use super::neighbourhood::Neighbourhood;
 use super::tree::POINTS;
 
 /// Eight patches of the map, rectangles in (θ, ψ).
@@ -33,15 +34,6 @@ impl<S: Simd> Patches<S> {
     pub(super) fn top_sine(&self, simd: S) -> f64x8<S> {
         (self.sin + self.half[0]).min(f64x8::splat(simd, 1.0))
     }
-}
-
-/// A complex neighbourhood of a direction: every x + iy with |x − centre| ≤ `still` + `moving` cos φ and |y| ≤ `imaginary` sin φ for
-/// some φ from 0 to π/2.
-#[derive(Clone, Copy)]
-pub(crate) struct Neighbourhood<S: Simd> {
-    pub(crate) still: f64x8<S>,
-    pub(crate) moving: f64x8<S>,
-    pub(crate) imaginary: f64x8<S>,
 }
 
 /// That of patches, and what it is in Bernstein's ellipses.
@@ -164,17 +156,4 @@ pub(super) fn bilinear<S: Simd>(
         (minor * minor + 0.5).sqrt() / ((major - 1.0) * minor * minor)
     };
     (part(near.semi[0]) * near.sine + part(near.semi[1]) * patches.top_sine(simd)) * size
-}
-
-/// The directions of a patch alone.
-impl<S: Simd> Neighbourhood<S> {
-    #[inline(always)]
-    pub(super) fn real(simd: S, radius: f64x8<S>) -> Self {
-        let zero = f64x8::splat(simd, 0.0);
-        Self {
-            still: radius,
-            moving: zero,
-            imaginary: zero,
-        }
-    }
 }

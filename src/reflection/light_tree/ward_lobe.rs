@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::lanes::exponential;
 use super::lobe::{Lobe, dot};
-use super::opening::Neighbourhood;
+use super::neighbourhood::Neighbourhood;
 use crate::reflectance::Ward;
 
 /// One of Ward's lobes.
