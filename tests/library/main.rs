@@ -10,6 +10,7 @@ mod harmonics;
 mod harmonics_partial;
 mod illumination;
 mod illumination_files;
+mod light_tree;
 mod mapping;
 mod outline;
 mod pictures;

@@ -1,4 +1,4 @@
-//! How wrong a patch of light may be when it is taken whole: the bounds of docs/rendering-bound.md.
+//! How wrong a patch of light may be when it is taken whole: the bounds of docs/reference/rendering-bound.md.
 
 use fearless_simd::{f64x8, prelude::*};
 

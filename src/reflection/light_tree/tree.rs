@@ -44,7 +44,7 @@ pub(super) struct Level {
 /// The light is kept as a tree of boxes of the map, 4, 8, 16 … cells a side, a cell being what lies between the centres of four pixels. Each box holds
 /// the integrals of the light against Lagrange's polynomials on 8 × 8 Chebyshev points, exact for the function that
 /// [`EnvironmentMap::radiance`] is, so that a lobe that is smooth on the box is integrated by 64 of its values. Boxes on which it is not smooth enough are opened,
-/// down to cells and parts of cells. What that costs in accuracy is bounded, and the boxes are opened until the bound fits: docs/rendering-bound.md.
+/// down to cells and parts of cells. What that costs in accuracy is bounded, and the boxes are opened until the bound fits: docs/reference/rendering-bound.md.
 ///
 /// It serves all lobes and takes 128 bytes a pixel beside the map's own 24 (32 for maps of more than 1024 rows): 20 MB for 512 × 256 pixels.
 ///

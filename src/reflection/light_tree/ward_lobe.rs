@@ -159,7 +159,7 @@ impl Lobe for WardLobe {
         let lowest = centre_up - real;
         let up = plain.select(lowest.max(splat(self.cosine)), lowest);
         let long = (square + one).sqrt() / up;
-        // Of D/(h + δ): docs/rendering-bound.md. Of a centre that is lower than any light above the horizon the slope says nothing.
+        // Of D/(h + δ): docs/reference/rendering-bound.md. Of a centre that is lower than any light above the horizon the slope says nothing.
         let known = centre_up.simd_gt(splat(1e-6));
         let still_slope = known.select(
             long * imaginary.mul_add(imaginary / up, still),
@@ -238,5 +238,87 @@ impl Lobe for WardLobe {
 
     fn rounding(&self) -> f64 {
         1e-12 + 4e-15 / (self.sigma * self.cosine)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use num_complex::Complex64;
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+    use crate::reflectance::Variant;
+    use crate::vectors;
+
+    /// The lobe's formula at a complex vector.
+    fn complex(lobe: &WardLobe, x: DVec3, y: DVec3) -> f64 {
+        let part = |axis: DVec3, offset: f64| Complex64::new(axis.dot(x) + offset, axis.dot(y));
+        let cosine = part(lobe.normal, 0.0);
+        let up = cosine + lobe.cosine;
+        let (forward, aside) = (part(lobe.forward, lobe.sine), part(lobe.aside, 0.0));
+        let square = (forward * forward + aside * aside) / (up * up);
+        let gaussian = (-square / (lobe.sigma * lobe.sigma)).exp() * lobe.scale;
+        let value = gaussian
+            * cosine.powf(0.5 * f64::from(lobe.light))
+            * (square + 1.0).powi(i32::from(lobe.secant))
+            / up.powi(i32::from(lobe.height));
+        value.norm()
+    }
+
+    #[test]
+    fn no_complex_direction_passes_the_bound() {
+        let mut random = rand_pcg::Pcg64::seed_from_u64(5);
+        let mut unit = || random.random::<f64>();
+        let (mut finite, mut closest) = (0, 0.0f64);
+        for index in 0..4000 {
+            let mut direction = || {
+                let (z, turn) = (2.0 * unit() - 1.0, 6.3 * unit());
+                let across = (1.0 - z * z).sqrt();
+                DVec3::new(across * turn.cos(), across * turn.sin(), z)
+            };
+            let (normal, mut view) = (direction(), direction());
+            if normal.dot(view) < 0.0 {
+                view = -view;
+            }
+            let mirror = 2.0 * normal.dot(view) * normal - view;
+            let sigma = [0.01, 0.05, 0.3, 1.0][index % 4];
+            let centre = (mirror + 2.0 * sigma * direction()).normalize();
+            let ward = Ward::isotropic(Variant::ALL[index / 4 % 4], sigma).unwrap();
+            let lobe = WardLobe::new(&ward, normal, view);
+            let size = sigma * (2.0 * unit());
+            let (still, moving, imaginary) = (size * unit(), size * unit(), size * unit() + 1e-9);
+            let bound = dispatch!(vectors::level(), simd => {
+                let splat = |value| f64x8::splat(simd, value);
+                let near = Neighbourhood {
+                    still: splat(still),
+                    moving: splat(moving),
+                    imaginary: splat(imaginary),
+                };
+                let centre = [splat(centre.x), splat(centre.y), splat(centre.z)];
+                lobe.bound(simd, centre, near).reduce_max()
+            });
+            if bound.is_infinite() {
+                continue;
+            }
+            finite += 1;
+            for _ in 0..50 {
+                let mut direction = || {
+                    let (z, turn) = (2.0 * unit() - 1.0, 6.3 * unit());
+                    let across = (1.0 - z * z).sqrt();
+                    DVec3::new(across * turn.cos(), across * turn.sin(), z)
+                };
+                let (away, sideways) = (direction(), direction());
+                let (sin, cos) = (1.6 * unit()).min(std::f64::consts::FRAC_PI_2).sin_cos();
+                let x = centre + away * (still + moving * cos);
+                let value = complex(&lobe, x, sideways * (imaginary * sin));
+                closest = closest.max(value / bound);
+                assert!(
+                    value <= bound * (1.0 + 1e-11),
+                    "{lobe:?}: {value:e}, {bound:e}"
+                );
+            }
+        }
+        assert!(finite > 1000 && closest > 0.3, "{finite}, {closest}");
     }
 }
