@@ -1,7 +1,8 @@
 //! Transforms, rotation and values at directions: `cargo bench --bench harmonics`.
 //!
-//! With `peers` as its only argument it answers `scripts/bench-peers` instead: one line asks for `operation degree batch threads
-//! seconds`, one line answers with the shortest time of those that fit into so many seconds, and with four values of the result.
+//! With `peers` as its only argument it answers `scripts/bench-peers` instead: one line asks for
+//! `operation degree batch threads seconds`, one line answers with the shortest time of those that
+//! fit into so many seconds, and with four values of the result.
 
 use std::hint::black_box;
 use std::io::{BufRead, Write};

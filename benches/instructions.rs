@@ -1,6 +1,8 @@
-//! Counts of instructions, which do not hang on what else the machine does: `cargo bench --bench instructions`.
+//! Counts of instructions, which do not hang on what else the machine does: `cargo bench --bench
+//! instructions`.
 //!
-//! Needs Valgrind and `cargo install gungraun-runner --version 0.20.0`. Valgrind knows no AVX-512, so what is counted is the AVX2 path.
+//! Needs Valgrind and `cargo install gungraun-runner --version 0.20.0`. Valgrind knows no AVX-512,
+//! so what is counted is the AVX2 path.
 
 #![expect(missing_docs, reason = "gungraun's macros make public modules")]
 

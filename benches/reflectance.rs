@@ -53,7 +53,8 @@ fn lobe_benches(criterion: &mut Criterion) {
             bencher.iter(|| lobe.albedo(black_box(0.5)));
         });
     }
-    // What the coefficients cost depends on the width and the view, and on the variant by a hundredth.
+    // What the coefficients cost depends on the width and the view, and on the variant by a
+    // hundredth.
     let mut group = criterion.benchmark_group("ward/zonal 65");
     for sigma in [0.005, 0.03, 0.1, 0.3, 0.5] {
         let lobe = Ward::isotropic(Variant::Duer, sigma).expect("σ is in the domain");

@@ -1,4 +1,5 @@
-//! How long a map takes to prepare, a sphere of 128 × 128 pixels at 10⁻³ to render on one core, and the paper's 72 on two.
+//! How long a map takes to prepare, a sphere of 128 × 128 pixels at 10⁻³ to render on one core, and
+//! the paper's 72 on two.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use lobes::glam::DVec3;

@@ -1,7 +1,9 @@
 //! How rough is a sphere, from one picture under light that nobody measured, with nothing learned?
 //!
-//! The evidence needs what is known of light (its power falls as l^(−2−η), and there are lamps) and of Ward's lobe, and no training picture, no exposure
-//! and no white sphere. It reads the roughness σ. How large the specular share is, it does not know: that light is never negative is not in it (docs/explanation/inference.md).
+//! The evidence needs what is known of light (its power falls as l^(−2−η), and there are lamps) and
+//! of Ward's lobe, and no training picture, no exposure and no white sphere. It reads the roughness
+//! σ. How large the specular share is, it does not know: that light is never negative is not in it
+//! (docs/explanation/inference.md).
 
 use lobes::Parallelism::Rayon;
 use lobes::glam::DVec3;
@@ -13,8 +15,9 @@ use lobes::reflection::{Camera, Renderer, Settings, Viewpoint};
 /// Of light that is taken into account.
 const DEGREE: usize = 127;
 
-/// To what power likelihoods are raised: amplitudes of real light are not as independent as a field's, and each in full would be far too sure. Chosen by hand;
-/// `lobes reproduce --protocol continuous` has it found by an inner loop.
+/// To what power likelihoods are raised: amplitudes of real light are not as independent as a
+/// field's, and each in full would be far too sure. Chosen by hand; `lobes reproduce --protocol
+/// continuous` has it found by an inner loop.
 const WEIGHT: f64 = 0.01;
 
 fn main() -> lobes::Result<()> {

@@ -2,8 +2,8 @@
 //!
 //!     cargo run --release --example fit_lobe
 //!
-//! A goniometer's sweep in the plane of incidence at three angles of view, with 1 % of noise. Files go through
-//! `reflectance::fit::read_csv` and `read_merl`, and the command `lobes fit`.
+//! A goniometer's sweep in the plane of incidence at three angles of view, with 1 % of noise. Files
+//! go through `reflectance::fit::read_csv` and `read_merl`, and the command `lobes fit`.
 
 use std::f64::consts::PI;
 
@@ -26,7 +26,8 @@ fn main() -> lobes::Result<()> {
             let exact = diffuse / PI + specular * lobe.evaluate(view, light) / light.z;
             let noise = 0.01 * (2.0 * generator.random::<f64>() - 1.0) * 3f64.sqrt();
             let value = exact * (1.0 + noise);
-            // The noise is relative, so each counts by the inverse square of what it measured; the fit compares values times cosines.
+            // The noise is relative, so each counts by the inverse square of what it measured; the
+            // fit compares values times cosines.
             let weight = (value * light.z).powi(-2);
             measurements.push(Measurement {
                 light,

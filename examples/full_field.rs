@@ -1,4 +1,5 @@
-//! How far the paper's features of one image lie from those of the whole field, which the paper could not see.
+//! How far the paper's features of one image lie from those of the whole field, which the paper
+//! could not see.
 //!
 //! ```text
 //! cargo run --release --example full_field -- --whole
@@ -6,9 +7,10 @@
 //!
 //! Without `--whole` it takes one map and small pictures.
 //!
-//! Every preset under every built-in map is rendered from six cameras all round, level, in three opposite pairs. A pair shows every normal
-//! once: the spectrum of its field is the truth, and each of its two images, with the unseen half continued or its mask undone, an estimate of it.
-//! It prints a page of tables.
+//! Every preset under every built-in map is rendered from six cameras all round, level, in three
+//! opposite pairs. A pair shows every normal once: the spectrum of its field is the truth, and each
+//! of its two images, with the unseen half continued or its mask undone, an estimate of it. It
+//! prints a page of tables.
 
 use lobes::features::{
     Continuation, ImagePower, ImageSpectrum, PaperFeatures, TOP_DEGREE, UnbiasedBands,
@@ -22,7 +24,8 @@ use lobes::{Parallelism, Result};
 /// The estimates, in the order of the tables.
 const ESTIMATES: [&str; 4] = ["mirror", "half-turn", "zero", "unbiased"];
 
-/// v1 … v7 as one estimate has them over those of the whole field; none where the estimate has no such feature.
+/// v1 … v7 as one estimate has them over those of the whole field; none where the estimate has no
+/// such feature.
 type Ratios = [Option<f64>; 7];
 
 fn main() -> Result<()> {
@@ -148,7 +151,8 @@ fn picture(
 /// The first degrees of the bands of [`UnbiasedBands`], and the end of the last.
 const EDGES: [usize; 9] = [0, 3, 5, 9, 15, 25, 35, 45, 65];
 
-/// The paper's features from ln of the share that each band has of all power, spread over the band as l⁻².
+/// The paper's features from ln of the share that each band has of all power, spread over the band
+/// as l⁻².
 fn of_bands(bands: &[f64]) -> [Option<f64>; 7] {
     let mut luminance = vec![0.0; TOP_DEGREE + 1];
     for (share, edge) in bands.iter().zip(EDGES.windows(2)) {

@@ -2,8 +2,9 @@
 //!
 //!     cargo run --release --example half_sphere_spectrum
 //!
-//! Random fields of a known spectrum are seen on a hemisphere only. Filling the back with a mirror image biases their spectrum; undoing the
-//! coupling that the mask makes between degrees (MASTER, doi:10.1086/338126) does not.
+//! Random fields of a known spectrum are seen on a hemisphere only. Filling the back with a mirror
+//! image biases their spectrum; undoing the coupling that the mask makes between degrees (MASTER,
+//! doi:10.1086/338126) does not.
 
 use lobes::harmonics::{Coefficients, Coupling, Mask, Transform, average_power};
 use lobes::sphere::Grid;

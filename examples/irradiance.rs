@@ -2,8 +2,9 @@
 //!
 //!     cargo run --release --example irradiance
 //!
-//! Nine numbers a channel answer it to a few percent (Ramamoorthi and Hanrahan 2001, doi:10.1145/383259.383317), a few hundred to as
-//! many digits as the map has: `E(n) = Σ A_l L_lm Y_lm(n)`, `A_l` = π, 2π/3, π/4, 0, −π/24 …
+//! Nine numbers a channel answer it to a few percent (Ramamoorthi and Hanrahan 2001,
+//! doi:10.1145/383259.383317), a few hundred to as many digits as the map has: `E(n) = Σ A_l L_lm
+//! Y_lm(n)`, `A_l` = π, 2π/3, π/4, 0, −π/24 …
 
 use lobes::glam::DVec3;
 use lobes::harmonics::{convolve_zonal, evaluate};
@@ -16,7 +17,8 @@ fn main() -> lobes::Result<()> {
     let maps = builtin()?;
     let map = &maps[0];
     let normal = DVec3::new(0.3, 0.8, 0.52).normalize();
-    // The truth: the integral over the map's pixels, to eight digits. A white surface sends E/π back.
+    // The truth: the integral over the map's pixels, to eight digits. A white surface sends E/π
+    // back.
     let white = Material::white();
     let truth = reflection::reference(map, &white, Variant::Ward1992, normal, normal, 1e-8)?.value;
     println!("{}: E/π = {truth:.6?} at {normal:.3}", map.name());

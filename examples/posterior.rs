@@ -1,8 +1,9 @@
 //! What does one picture of a sphere say of its reflectance, under light that nobody measured?
 //!
-//! A model that has seen spheres under other light answers with a posterior: how probable each roughness σ and each specular share
-//! `ρ_s / (ρ_s + ρ_d)` is. It learns here from four of the seventeen built-in maps and two cameras, which takes seconds; all of both, as `lobes classify` has
-//! them, take a minute and give narrower answers (docs/explanation/inference.md).
+//! A model that has seen spheres under other light answers with a posterior: how probable each
+//! roughness σ and each specular share `ρ_s / (ρ_s + ρ_d)` is. It learns here from four of the
+//! seventeen built-in maps and two cameras, which takes seconds; all of both, as `lobes classify`
+//! has them, take a minute and give narrower answers (docs/explanation/inference.md).
 
 use lobes::Parallelism::Rayon;
 use lobes::glam::DVec3;
@@ -22,7 +23,8 @@ fn main() -> lobes::Result<()> {
     let training = Training::new(&lights[..4], &presets(), &plan, Rayon, &|| ())?;
     let model = Model::learn(&training, Rayon)?;
 
-    // Linear pixels, row by row from the top: of a sphere of σ = 0.1, half of whose albedo is specular, under light that the model has not seen.
+    // Linear pixels, row by row from the top: of a sphere of σ = 0.1, half of whose albedo is
+    // specular, under light that the model has not seen.
     let (sigma, share) = (0.1, 0.5);
     let pixels = pixels(&lights[6], sigma, share)?;
 

@@ -2,8 +2,8 @@
 //!
 //!     cargo run --release --example prefilter
 //!
-//! At normal exitance a lobe is a zonal kernel, so filtering a map is one product a coefficient: analyse, multiply degree l by `b_l`,
-//! synthesise. The three channels go as one batch.
+//! At normal exitance a lobe is a zonal kernel, so filtering a map is one product a coefficient:
+//! analyse, multiply degree l by `b_l`, synthesise. The three channels go as one batch.
 
 use lobes::glam::DVec3;
 use lobes::harmonics::{Transform, convolve_zonal};

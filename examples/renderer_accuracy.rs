@@ -1,15 +1,19 @@
-//! The renderer against the reference: every lobe, roughness, built-in map and tolerance, pixels chosen at random.
+//! The renderer against the reference: every lobe, roughness, built-in map and tolerance, pixels
+//! chosen at random.
 //!
 //! ```text
 //! cargo run --release --example renderer_accuracy -- --whole > docs/reference/rendering.md
 //! ```
 //!
-//! Without `--whole` it takes one map, one lobe, one σ and one tolerance, and four pixels of each; `--maps`, `--lobes`, `--sigmas`, `--tolerances`, `--pixels` and
-//! `--seed` choose others. `--itself` takes the renderer at a tenth of the tolerance for the truth, which is a thousand times faster: many sights
-//! show what few do not, as long as the two are not wrong together.
+//! Without `--whole` it takes one map, one lobe, one σ and one tolerance, and four pixels of each;
+//! `--maps`, `--lobes`, `--sigmas`, `--tolerances`, `--pixels` and `--seed` choose others.
+//! `--itself` takes the renderer at a tenth of the tolerance for the truth, which is a thousand
+//! times faster: many sights show what few do not, as long as the two are not wrong together.
 //!
-//! A cell is a map, a lobe, a σ and a tolerance; its pixels are few, and the table pools those of all maps and lobes. It ends with an error if of a row the 99.9th
-//! percentile passes the tolerance, or if an estimate is less than half the error of its cell (but not of many pixels, with `--itself`). Cells that are done are told on standard error.
+//! A cell is a map, a lobe, a σ and a tolerance; its pixels are few, and the table pools those of
+//! all maps and lobes. It ends with an error if of a row the 99.9th percentile passes the
+//! tolerance, or if an estimate is less than half the error of its cell (but not of many pixels,
+//! with `--itself`). Cells that are done are told on standard error.
 
 use std::process::ExitCode;
 use std::time::Instant;

@@ -14,7 +14,8 @@ fn main() -> lobes::Result<()> {
     let maps = builtin()?;
     let [_, light, _] = maps[0].coefficients(64, Parallelism::Rayon)?;
 
-    // 60° about the world's vertical, which in the harmonic frame is another axis: turn the axis, keep the angle.
+    // 60° about the world's vertical, which in the harmonic frame is another axis: turn the axis,
+    // keep the angle.
     let turn = DQuat::from_axis_angle(to_harmonic(DVec3::Y), FRAC_PI_3);
     let turned = Rotation::new(64)?.rotate(&light, turn, Parallelism::Sequential)?;
 

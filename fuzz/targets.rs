@@ -1,8 +1,9 @@
-//! What the fuzzers call, and what `cli/tests/fuzz_corpus.rs` calls with the corpora: readers with any bytes, and numeric entry points with
-//! any lengths and values.
+//! What the fuzzers call, and what `cli/tests/fuzz_corpus.rs` calls with the corpora: readers with
+//! any bytes, and numeric entry points with any lengths and values.
 //!
-//! A target passes if nothing panics and what is promised of an answer holds: a picture is of the size that it says, moderate numbers give
-//! finite ones, an analysis gives back what was synthesised.
+//! A target passes if nothing panics and what is promised of an answer holds: a picture is of the
+//! size that it says, moderate numbers give finite ones, an analysis gives back what was
+//! synthesised.
 #![allow(dead_code, reason = "each fuzzer calls one of them")]
 
 use std::f64::consts::PI;

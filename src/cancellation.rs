@@ -7,10 +7,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A switch that stops long work from another thread, as Ctrl-C or a closed window wants it.
 ///
-/// Work that [`run`](Self::run) has begun looks at the switch wherever it divides itself among threads, which is often:
-/// a rendering stops within some milliseconds. What it has done by then is lost.
+/// Work that [`run`](Self::run) has begun looks at the switch wherever it divides itself among
+/// threads, which is often: a rendering stops within some milliseconds. What it has done by then is
+/// lost.
 ///
-/// The work is left by unwinding, without a message: a program that is compiled with `panic = "abort"` must not cancel.
+/// The work is left by unwinding, without a message: a program that is compiled with `panic =
+/// "abort"` must not cancel.
 ///
 /// ```
 /// use lobes::{Cancellation, Parallelism};

@@ -332,7 +332,8 @@ pub enum Error {
     /// The input is well formed but the operation has no answer for it.
     #[error("{0}")]
     Unanswerable(String),
-    /// Bytes in memory that should be what a file holds are not: see [`File`](Self::File) for those that are in one.
+    /// Bytes in memory that should be what a file holds are not: see [`File`](Self::File) for those
+    /// that are in one.
     #[error("{problem}; {remedy}")]
     Contents {
         /// What is wrong with them.
@@ -404,9 +405,11 @@ pub(crate) fn check_count(
     }
 }
 
-/// So many values, all the default, or an error where there is no memory for them: for arrays whose length a caller chooses.
+/// So many values, all the default, or an error where there is no memory for them: for arrays whose
+/// length a caller chooses.
 pub(crate) fn allocate<T: Clone + Default>(what: &'static str, values: usize) -> Result<Vec<T>> {
-    // Asked for first, because `vec!`, which is quick for zeros, ends the process where it is refused.
+    // Asked for first, because `vec!`, which is quick for zeros, ends the process where it is
+    // refused.
     Vec::<T>::new()
         .try_reserve_exact(values)
         .map_err(|_| Error::Memory { what, values })?;

@@ -1,6 +1,7 @@
 //! Enumerations whose variants have fixed names.
 
-/// Display and parsing of an enumeration by its `ALL` and its `name()`; the error of parsing lists the names.
+/// Display and parsing of an enumeration by its `ALL` and its `name()`; the error of parsing lists
+/// the names.
 ///
 /// - The type has a constant array `ALL` of every variant and a method `name(self) -> &'static str`.
 /// - The literal says what it is, as [`Error::UnknownName`](crate::Error::UnknownName) needs it for its sentence.

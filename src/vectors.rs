@@ -29,24 +29,28 @@ fn lowered(_: Level, asked: &str) -> Option<Level> {
     (asked == "baseline").then(Level::baseline)
 }
 
-/// Whether vectors of this level hold eight doubles, as many as a ring's octet has: only AVX-512 does.
+/// Whether vectors of this level hold eight doubles, as many as a ring's octet has: only AVX-512
+/// does.
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 pub(crate) fn hold_eight(level: Level) -> bool {
     level.as_avx512().is_some()
 }
 
-/// Whether vectors of this level hold eight doubles, as many as a ring's octet has: only AVX-512 does.
+/// Whether vectors of this level hold eight doubles, as many as a ring's octet has: only AVX-512
+/// does.
 #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
 pub(crate) fn hold_eight(_: Level) -> bool {
     false
 }
 
-/// The vector instructions that are used: `"avx512"`, `"avx2"` or `"baseline"`, which is SSE2 on x86-64 and what every machine of
-/// its kind has elsewhere: NEON on 64-bit ARM, SIMD128 in WebAssembly that was compiled for it, else no vectors.
+/// The vector instructions that are used: `"avx512"`, `"avx2"` or `"baseline"`, which is SSE2 on
+/// x86-64 and what every machine of its kind has elsewhere: NEON on 64-bit ARM, SIMD128 in
+/// WebAssembly that was compiled for it, else no vectors.
 ///
-/// They are the widest that the machine has, found when they are first needed. The environment variable `LOBES_VECTORS`, read once, names
-/// narrower ones; what the machine does not have, or no name at all, changes nothing. Each gives results within every contract, and not the same
-/// bits: widths round sums in another order, and the baseline has no fused multiplication and addition.
+/// They are the widest that the machine has, found when they are first needed. The environment
+/// variable `LOBES_VECTORS`, read once, names narrower ones; what the machine does not have, or no
+/// name at all, changes nothing. Each gives results within every contract, and not the same bits:
+/// widths round sums in another order, and the baseline has no fused multiplication and addition.
 ///
 /// ```
 /// println!("computed with {}", lobes::vectors());
@@ -88,10 +92,12 @@ mod tests {
         "#[cfg(any(target_arch = \"x86\", target_arch = \"x86_64\"))]",
     ];
 
-    /// The lines, from 1, that name what is x86's outside an item, a statement or a block under one of [`GUARDS`].
+    /// The lines, from 1, that name what is x86's outside an item, a statement or a block under one
+    /// of [`GUARDS`].
     fn unguarded(source: &str) -> Vec<usize> {
         let mut depth = 0i32;
-        // Inside a guarded item: the depth at which its attribute stands, and whether its braces have been opened.
+        // Inside a guarded item: the depth at which its attribute stands, and whether its braces
+        // have been opened.
         let mut guarded: Option<(i32, bool)> = None;
         let mut found = Vec::new();
         for (number, line) in source.lines().enumerate() {
@@ -135,7 +141,8 @@ mod tests {
         }
     }
 
-    /// What a compiler for another processor would refuse is found without one. `.ci/run` asks such compilers too, where it can have them.
+    /// What a compiler for another processor would refuse is found without one. `.ci/run` asks such
+    /// compilers too, where it can have them.
     #[test]
     fn nothing_of_x86_stands_outside_its_cfg() {
         let mut files = Vec::new();

@@ -11,7 +11,8 @@ use lobes::sphere::Grid;
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// N bytes of a picture take no more than 2¹⁵ N and 1 MiB, whatever they hold: what packs best, what claims too much, what is damaged.
+/// N bytes of a picture take no more than 2¹⁵ N and 1 MiB, whatever they hold: what packs best,
+/// what claims too much, what is damaged.
 #[test]
 fn memory_of_a_picture() {
     use lobes::files::{Picture, Precision, decode, encode_exr};

@@ -2,7 +2,8 @@
 //!
 //!     cargo run --release --example tutorial -- docs/tutorial
 //!
-//! writes the pictures of `docs/tutorial.md` into a folder and prints the numbers that stand there. Without a folder it writes none.
+//! writes the pictures of `docs/tutorial.md` into a folder and prints the numbers that stand there.
+//! Without a folder it writes none.
 
 use std::path::Path;
 

@@ -31,7 +31,8 @@ pub(super) struct Arguments {
     pub(super) verb: Verb,
 }
 
-/// A count that memory and time are set aside for, so that a slip of the finger does not take the machine.
+/// A count that memory and time are set aside for, so that a slip of the finger does not take the
+/// machine.
 fn up_to_1024(text: &str) -> Result<NonZeroUsize, String> {
     match text.parse::<NonZeroUsize>() {
         Ok(count) if count.get() <= 1024 => Ok(count),
@@ -136,7 +137,8 @@ pub(super) struct Lights {
     /// How the maps' pixels lie on the sphere, where their shape does not tell.
     #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
     pub(super) mapping: Option<Mapping>,
-    /// A TOML file that says which maps are of one place and so are left out together; see docs/how-to/groups.md.
+    /// A TOML file that says which maps are of one place and so are left out together; see
+    /// docs/how-to/groups.md.
     #[arg(long, value_name = "FILE")]
     pub(super) groups: Option<PathBuf>,
 }
@@ -152,8 +154,8 @@ pub(super) struct Lobe {
 /// What spheres are made of.
 #[derive(Debug, Args)]
 pub(super) struct Materials {
-    /// A file of materials instead of the eight presets: TOML, or glTF (.gltf), Mitsuba's (.xml) or Radiance's (.rad); see
-    /// docs/how-to/materials.md.
+    /// A file of materials instead of the eight presets: TOML, or glTF (.gltf), Mitsuba's (.xml) or
+    /// Radiance's (.rad); see docs/how-to/materials.md.
     #[arg(long, value_name = "FILE")]
     pub(super) materials: Option<PathBuf>,
     /// Read the presets' numbers as albedos ρ_d and ρ_s, not as Radiance's arguments.
@@ -179,20 +181,23 @@ pub(super) struct Reproduce {
     /// The specular lobe, one of Ward's four (`lobes list lobes`); may be repeated.
     #[arg(long = "lobe", value_name = "NAME", default_value = Variant::default().name(), value_parser = one_of(Variant::ALL, Variant::name))]
     pub(super) lobes: Vec<Variant>,
-    /// Which pictures every classifier is tried on; may be repeated. `files` is what classify makes of pictures in files. It takes
-    /// minutes; without it there is the paper's own table only, which takes seconds.
+    /// Which pictures every classifier is tried on; may be repeated. `files` is what classify makes
+    /// of pictures in files. It takes minutes; without it there is the paper's own table only,
+    /// which takes seconds.
     #[arg(long = "protocol", value_name = "NAME", value_parser = protocols())]
     pub(super) protocols: Vec<Protocols>,
     /// Which classifiers are tried under --protocol; may be repeated [default: all].
     #[arg(long = "classifier", value_name = "NAME", value_parser = one_of(Method::ALL, Method::name))]
     pub(super) classifiers: Vec<Method>,
-    /// From how many directions about the vertical the spheres to learn from are seen; the paper's features learn from one.
+    /// From how many directions about the vertical the spheres to learn from are seen; the paper's
+    /// features learn from one.
     #[arg(long, value_name = "N", default_value = "8", value_parser = up_to_1024)]
     pub(super) turns: NonZeroUsize,
     /// The seed of the sensor's noise and of the random reflectances.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     pub(super) seed: u64,
-    /// Write the table of protocols and classifiers into a Markdown file, between its two marks, and the calibration beside it.
+    /// Write the table of protocols and classifiers into a Markdown file, between its two marks,
+    /// and the calibration beside it.
     #[arg(long, value_name = "FILE")]
     pub(super) write: Option<PathBuf>,
     /// What stands behind the sphere in the page's figures: mirror, half-turn or zero.
@@ -214,7 +219,8 @@ Examples:
   lobes spectrum --mapping angular-map grace_probe.hdr
   lobes spectrum --json sky.hdr > sky.json")]
 pub(super) struct Spectrum {
-    /// Environment maps (.hdr, .exr, .pfm), or - for standard input; without any, the built-in ones.
+    /// Environment maps (.hdr, .exr, .pfm), or - for standard input; without any, the built-in
+    /// ones.
     pub(super) files: Vec<PathBuf>,
     /// How the maps' pixels lie on the sphere, where their shape does not tell.
     #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
@@ -237,7 +243,8 @@ Examples:
 pub(super) struct Render {
     #[command(flatten)]
     pub(super) materials: Materials,
-    /// The light: the name of a built-in map (`lobes list lights`), a file, or - for standard input.
+    /// The light: the name of a built-in map (`lobes list lights`), a file, or - for standard
+    /// input.
     #[arg(
         long,
         value_name = "NAME|FILE",
@@ -247,7 +254,8 @@ pub(super) struct Render {
         conflicts_with = "set"
     )]
     pub(super) light: Option<String>,
-    /// Render every material under every light from every camera that a TOML file names; see docs/how-to/training-sets.md.
+    /// Render every material under every light from every camera that a TOML file names; see
+    /// docs/how-to/training-sets.md.
     #[arg(
         long,
         value_name = "FILE",
@@ -315,7 +323,8 @@ Examples:
   lobes fit measured.csv --lobe ward1992 --anisotropic --plot measured.svg
   lobes fit measured.csv --json")]
 pub(super) struct Fit {
-    /// A MERL file (.binary), or a CSV of theta_i, phi_i, theta_o, phi_o in degrees and value in 1/sr; - for standard input.
+    /// A MERL file (.binary), or a CSV of theta_i, phi_i, theta_o, phi_o in degrees and value in
+    /// 1/sr; - for standard input.
     pub(super) file: PathBuf,
     #[command(flatten)]
     pub(super) lobe: Lobe,
@@ -345,7 +354,8 @@ fn protocols() -> impl TypedValueParser<Value = Protocols> {
     })
 }
 
-/// One of the values of an enum, by its name: the names are listed, completed, and told where there is no such name.
+/// One of the values of an enum, by its name: the names are listed, completed, and told where there
+/// is no such name.
 fn one_of<T, const N: usize>(
     all: [T; N],
     name: fn(T) -> &'static str,
@@ -389,7 +399,8 @@ fn light_names() -> Vec<String> {
     builtin_names().map(str::to_owned).collect()
 }
 
-/// The plot's place: a name that ends in .svg, or a device or a pipe, which has no say in the format.
+/// The plot's place: a name that ends in .svg, or a device or a pipe, which has no say in the
+/// format.
 fn svg(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let ending = path
@@ -429,14 +440,16 @@ The keys of --json, an object a picture:
   grey           whether it has no colour, and was judged without
   distance       how far the camera is, in radii of the sphere, or null where that is not known")]
 pub(super) struct Classify {
-    /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG or JPEG; a folder stands for the pictures in it, and - for standard input.
+    /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG or JPEG; a folder stands
+    /// for the pictures in it, and - for standard input.
     #[arg(required = true, value_name = "IMAGE")]
     pub(super) images: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) materials: Materials,
     #[command(flatten)]
     pub(super) lights: Lights,
-    /// Where the sphere is, in pixels from the left and the top, and its radius; without it the mask (alpha) tells, or it is found.
+    /// Where the sphere is, in pixels from the left and the top, and its radius; without it the
+    /// mask (alpha) tells, or it is found.
     #[arg(long, value_name = "X,Y,R", allow_hyphen_values = true)]
     pub(super) circle: Option<Circle>,
     /// Draw each posterior, as a page.
@@ -447,7 +460,8 @@ pub(super) struct Classify {
     pub(super) out: PathBuf,
     #[command(flatten)]
     pub(super) lobe: Lobe,
-    /// By how many cameras all round, level and tilted, far and near, the spheres to learn from are seen.
+    /// By how many cameras all round, level and tilted, far and near, the spheres to learn from are
+    /// seen.
     #[arg(long, value_name = "N", default_value = "16", value_parser = up_to_1024)]
     pub(super) turns: NonZeroUsize,
     /// Learn anew, without the features that an earlier run kept.

@@ -30,7 +30,8 @@ struct Sphere {
     overlay: Option<(Vec<u8>, (usize, usize))>,
 }
 
-/// So many pictures are read, judged and told at a time: what is kept of them does not grow with how many there are.
+/// So many pictures are read, judged and told at a time: what is kept of them does not grow with
+/// how many there are.
 const AT_A_TIME: usize = 128;
 
 pub(super) fn run(options: &Classify) -> Result<()> {
@@ -103,7 +104,8 @@ fn learn(options: &Classify, materials: &[Material]) -> Result<Model> {
 /// What was read of a picture, or why nothing was.
 type Read<'a> = std::result::Result<(&'a Sphere, &'a Verdict), &'a Error>;
 
-/// Says what a picture shows, or what is wrong with it: of one that is alone the command itself says that.
+/// Says what a picture shows, or what is wrong with it: of one that is alone the command itself
+/// says that.
 fn tell(path: &Path, read: &Read, learned: &[Material], alone: bool) -> Result<()> {
     match read {
         Ok((sphere, verdict)) => {
@@ -234,7 +236,8 @@ fn summary(counts: &[usize], failed: usize, materials: &[Material]) -> String {
     format!("{total} pictures: {}", parts.join(", "))
 }
 
-/// Whether the pictures of two materials differ by their exposure only: one finish, and albedos that are the same multiple of the other's.
+/// Whether the pictures of two materials differ by their exposure only: one finish, and albedos
+/// that are the same multiple of the other's.
 fn same_but_for_exposure(a: &Material, b: &Material) -> bool {
     let albedos = |m: &Material| -> Vec<f64> { [m.diffuse(), m.specular()].concat() };
     let (p, q) = (albedos(a), albedos(b));

@@ -120,8 +120,8 @@ const MERL: [(&str, &str); 3] = [
     ("blue", "#0072b2"),
 ];
 
-/// The channels of a file: MERL's three where it is called `.binary`, else the one of a CSV. Standard input has no name: MERL's sizes stand first
-/// in it, and no text begins as they do.
+/// The channels of a file: MERL's three where it is called `.binary`, else the one of a CSV.
+/// Standard input has no name: MERL's sizes stand first in it, and no text begins as they do.
 fn channels(file: &Path) -> Result<Vec<Channel>> {
     let merl = |read: &dyn Fn(usize) -> Result<Vec<Measurement>>| {
         let channels = MERL.iter().enumerate();

@@ -1,4 +1,5 @@
-//! Standard input in the place of a file: what it holds is told by its first bytes, as that of files is.
+//! Standard input in the place of a file: what it holds is told by its first bytes, as that of
+//! files is.
 
 use std::io::Read;
 use std::path::Path;

@@ -35,7 +35,8 @@ use arguments::{Arguments, Verb};
 use lobes::{Error, Result};
 
 /// Runs the command with the process's arguments and gives its exit code: 0 for success, 1 for an
-/// error in what it was given or met, 2 for a command line that it cannot read, 130 when it is stopped.
+/// error in what it was given or met, 2 for a command line that it cannot read, 130 when it is
+/// stopped.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     console::set(arguments.quiet, arguments.json);
@@ -116,7 +117,8 @@ fn slug(name: &str) -> String {
     name.to_lowercase().chars().map(keep).collect()
 }
 
-/// What the command reads besides light, from bytes: for the fuzzers and their corpora, and no part of the interface.
+/// What the command reads besides light, from bytes: for the fuzzers and their corpora, and no part
+/// of the interface.
 #[doc(hidden)]
 pub mod readers {
     use std::path::Path;

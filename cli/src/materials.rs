@@ -47,7 +47,8 @@ struct File {
     material: Vec<Entry>,
 }
 
-/// The materials of `--materials`, or the presets; of those the ones that `--material` names, in its order.
+/// The materials of `--materials`, or the presets; of those the ones that `--material` names, in
+/// its order.
 pub(super) fn load(options: &Materials) -> Result<Vec<Material>> {
     let all = match &options.materials {
         Some(path) => read(path)?,
@@ -71,7 +72,8 @@ pub(super) fn load(options: &Materials) -> Result<Vec<Material>> {
 /// What each material's files are called.
 ///
 /// # Errors
-/// [`Error::File`], or [`Error::Unanswerable`] for the presets, for two that would be called the same.
+/// [`Error::File`], or [`Error::Unanswerable`] for the presets, for two that would be called the
+/// same.
 pub(super) fn stems(file: Option<&Path>, materials: &[Material]) -> Result<Vec<String>> {
     let stems: Vec<String> = materials.iter().map(|m| slug(m.name())).collect();
     for (second, stem) in stems.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Files that appear whole or not at all, whether the command ends, fails or is stopped, and folders that two runs do not mix in.
+//! Files that appear whole or not at all, whether the command ends, fails or is stopped, and
+//! folders that two runs do not mix in.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -11,8 +12,9 @@ use lobes::{Error, Result};
 
 /// What is taken away when the command is stopped, oldest first.
 ///
-/// Whoever writes holds the lock while it does, a file at a time, and so does whoever renames, all files at a time: when the command is
-/// stopped it finds everything written aside, or everything in its place.
+/// Whoever writes holds the lock while it does, a file at a time, and so does whoever renames, all
+/// files at a time: when the command is stopped it finds everything written aside, or everything in
+/// its place.
 static UNFINISHED: Mutex<Vec<Unfinished>> = Mutex::new(Vec::new());
 
 #[derive(Debug, Clone, PartialEq)]
@@ -25,14 +27,16 @@ enum Unfinished {
 
 impl Unfinished {
     fn remove(&self) {
-        // What is not there any more need not be removed, and what cannot be is left: there is nobody left to tell.
+        // What is not there any more need not be removed, and what cannot be is left: there is
+        // nobody left to tell.
         match self {
             Self::Aside(path) => {
                 let _ = fs::remove_dir_all(path);
             }
             Self::Made { folder, first } => {
                 for ancestor in folder.ancestors() {
-                    // Not empty: somebody else has put something there. What could not be made is not there.
+                    // Not empty: somebody else has put something there. What could not be made is
+                    // not there.
                     if (ancestor.exists() && fs::remove_dir(ancestor).is_err()) || ancestor == first
                     {
                         break;
@@ -81,7 +85,8 @@ fn aside(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!(".{name}-{}-{call}-partial", std::process::id()))
 }
 
-/// A folder that one run has for itself until this is dropped, where the system can lock folders (Unix can).
+/// A folder that one run has for itself until this is dropped, where the system can lock folders
+/// (Unix can).
 #[derive(Debug)]
 pub(super) struct FolderLock {
     _folder: Option<File>,

@@ -46,7 +46,8 @@ pub(super) fn run(options: &Render) -> Result<()> {
             Parallelism::Rayon,
         )?;
         let image = rendering.image;
-        // A white sphere in light of mean radiance L shows about L; half of white leaves room above.
+        // A white sphere in light of mean radiance L shows about L; half of white leaves room
+        // above.
         let exposure = 0.5 / Luminance::Rec709.of(map.mean());
         let pixel = |row, column| image.get(row, column);
         output.add(

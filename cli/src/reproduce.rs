@@ -469,7 +469,8 @@ impl Beyond {
         Ok(())
     }
 
-    /// What colour allows, beside how often the combined classifier mixed up two materials that differ in colour alone.
+    /// What colour allows, beside how often the combined classifier mixed up two materials that
+    /// differ in colour alone.
     fn add_ceilings(&mut self, harness: &Harness, combined: &Evaluation) -> Result<()> {
         let data = harness.dataset();
         let ceilings = match harness.colour_ceilings() {

@@ -34,7 +34,8 @@ pub(super) fn run(options: &Spectrum) -> Result<()> {
     Ok(())
 }
 
-/// The maps of files and their spectra; of many the bad ones are told and left out, of one alone it is the error.
+/// The maps of files and their spectra; of many the bad ones are told and left out, of one alone it
+/// is the error.
 fn of_files(
     options: &Spectrum,
     degree: usize,

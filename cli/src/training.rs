@@ -16,10 +16,12 @@ use lobes::{Parallelism, Result};
 /// What stands first in a file.
 const MAGIC: &[u8] = b"lobes-training\n";
 
-/// The version of what is kept; it changes with the renderer and the features that are learned from.
+/// The version of what is kept; it changes with the renderer and the features that are learned
+/// from.
 const FORMAT: u32 = 6;
 
-/// All that a training set depends on: a line of JSON that stands second in its file, and whose hash is the file's name.
+/// All that a training set depends on: a line of JSON that stands second in its file, and whose
+/// hash is the file's name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Key {
     format: u32,
@@ -154,7 +156,8 @@ pub(super) fn load(
     Ok(training)
 }
 
-/// Where this program keeps what it can make again: `$XDG_CACHE_HOME` or `~/.cache`, `~/Library/Caches` of macOS, `%LOCALAPPDATA%` of Windows.
+/// Where this program keeps what it can make again: `$XDG_CACHE_HOME` or `~/.cache`,
+/// `~/Library/Caches` of macOS, `%LOCALAPPDATA%` of Windows.
 fn folder() -> Option<PathBuf> {
     let strategy = etcetera::base_strategy::choose_native_strategy().ok()?;
     Some(strategy.cache_dir().join("lobes"))

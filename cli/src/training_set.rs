@@ -1,4 +1,5 @@
-//! `lobes render --set`: every material under every light from every camera, as images to learn from.
+//! `lobes render --set`: every material under every light from every camera, as images to learn
+//! from.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -103,9 +104,9 @@ const ERRORS: &str = "errors.jsonl";
 
 /// Renders what of the set is not there yet.
 ///
-/// The folder holds the index from the start: it says what the images will be, and another set is not mixed into it. Each image is
-/// written aside and renamed, so that a file with its name is whole, whenever the command is stopped; its error is in the list of
-/// errors before that.
+/// The folder holds the index from the start: it says what the images will be, and another set is
+/// not mixed into it. Each image is written aside and renamed, so that a file with its name is
+/// whole, whenever the command is stopped; its error is in the list of errors before that.
 pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
     let set = read(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
@@ -289,7 +290,8 @@ fn sources(set: &Description, folder: &Path) -> Result<(Vec<String>, Vec<Source>
     Ok((names, sources))
 }
 
-/// Says what is wrong with the settings before anything is written: renders a mirror under a grey map.
+/// Says what is wrong with the settings before anything is written: renders a mirror under a grey
+/// map.
 fn check(settings: &Settings, camera: &Camera) -> Result<()> {
     let map = EnvironmentMap::new("grey", 8, 4, vec![[1.0; 3]; 32])?;
     let mirror = Material::from_albedos("mirror", [0.0; 3], [1.0; 3], 0.0)?;
@@ -394,7 +396,8 @@ fn distinct(path: &Path, what: &str, names: Vec<String>) -> Result<Vec<String>> 
     }
 }
 
-/// Makes the folders and the index, and takes away what an interrupted run was writing; no other run writes there until the lock goes.
+/// Makes the folders and the index, and takes away what an interrupted run was writing; no other
+/// run writes there until the lock goes.
 fn begin(out: &Path, lights: &[String], index: &str) -> Result<FolderLock> {
     let failed = |error: std::io::Error| not_writable(out, &error);
     let path = out.join(INDEX);
@@ -447,7 +450,8 @@ fn not_writable(out: &Path, error: &std::io::Error) -> Error {
     )
 }
 
-/// The list of errors by file, as far as its lines are whole: a command that is stopped may leave half of one.
+/// The list of errors by file, as far as its lines are whole: a command that is stopped may leave
+/// half of one.
 fn read_errors(path: &Path) -> Result<BTreeMap<String, f64>> {
     if !path.exists() {
         return Ok(BTreeMap::new());

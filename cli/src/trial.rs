@@ -1,4 +1,5 @@
-//! The trial of `lobes classify` itself: pictures in files, under light that it has not learned from.
+//! The trial of `lobes classify` itself: pictures in files, under light that it has not learned
+//! from.
 
 use std::path::Path;
 
@@ -32,8 +33,8 @@ const KINDS: [&str; 5] = [
 /// What came of one file: its kind, its features, and how far off the circle was in radii.
 type Outcome = (usize, Result<(SphereFeatures, f64)>);
 
-/// Renders every material under every light, writes the pictures into files, reads them again as `lobes classify` does, and names them by what was
-/// learned under the other lights.
+/// Renders every material under every light, writes the pictures into files, reads them again as
+/// `lobes classify` does, and names them by what was learned under the other lights.
 pub(super) fn run(
     maps: &[EnvironmentMap],
     materials: &[Material],
@@ -203,7 +204,8 @@ fn opaque_png(image: &SphereImage) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The sphere somewhere before a wall of patches, exposed to a mean of 0.2 · 2^(±1) of what saturates, with noise, as JPEG of quality 90.
+/// The sphere somewhere before a wall of patches, exposed to a mean of 0.2 · 2^(±1) of what
+/// saturates, with noise, as JPEG of quality 90.
 fn photograph(image: &SphereImage, seed: u64) -> Result<(Vec<u8>, Circle)> {
     let mut rng = Pcg64::seed_from_u64(seed);
     let size = image.size();

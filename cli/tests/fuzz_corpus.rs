@@ -1,4 +1,5 @@
-//! The fuzzers' corpora (`fuzz/`), and what they found, through the functions that the fuzzers call: no nightly compiler needed.
+//! The fuzzers' corpora (`fuzz/`), and what they found, through the functions that the fuzzers
+//! call: no nightly compiler needed.
 #[path = "../../fuzz/targets.rs"]
 mod targets;
 

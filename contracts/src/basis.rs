@@ -1,7 +1,7 @@
 //! The harmonics at directions against two libraries: their conventions, and their digits.
 //!
-//! `legendre` holds them against a multi-precision reference; here two bodies of code that other people
-//! use have to mean the same function.
+//! `legendre` holds them against a multi-precision reference; here two bodies of code that other
+//! people use have to mean the same function.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,5 @@
-//! The inputs that a snapshot names by a seed: the same numbers as `uniform` of `oracles/snapshot.py`.
+//! The inputs that a snapshot names by a seed: the same numbers as `uniform` of
+//! `oracles/snapshot.py`.
 
 use lobes::glam::DVec3;
 
@@ -6,8 +7,8 @@ use lobes::Result;
 use lobes::harmonics::Coefficients;
 use lobes::illumination::EnvironmentMap;
 
-/// Numbers in [−1, 1): `SplitMix64` (Steele, Lea and Flood 2014, <https://doi.org/10.1145/2660193.2660195>),
-/// the top 53 bits of each output.
+/// Numbers in [−1, 1): `SplitMix64` (Steele, Lea and Flood 2014,
+/// <https://doi.org/10.1145/2660193.2660195>), the top 53 bits of each output.
 pub(super) fn uniform(seed: u64, count: usize) -> Vec<f64> {
     let mut state = seed;
     (0..count)
@@ -22,8 +23,8 @@ pub(super) fn uniform(seed: u64, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// `σ_x`, `σ_y`, view and light of a lobe's geometries, as `reflections` of `oracles/snapshot.py` makes them: by +, −, ×, / and √ only, in the
-/// same order, so that they are the same doubles.
+/// `σ_x`, `σ_y`, view and light of a lobe's geometries, as `reflections` of `oracles/snapshot.py`
+/// makes them: by +, −, ×, / and √ only, in the same order, so that they are the same doubles.
 pub(super) fn reflections(
     seed: u64,
     count: usize,
@@ -36,7 +37,8 @@ pub(super) fn reflections(
     })
 }
 
-/// View and light of one lobe's geometries, as `reflections` of `oracles/snapshot.py` makes them for a given σ.
+/// View and light of one lobe's geometries, as `reflections` of `oracles/snapshot.py` makes them
+/// for a given σ.
 pub(super) fn reflections_of(sigma: f64, seed: u64, count: usize) -> Vec<(DVec3, DVec3)> {
     from_numbers(seed, count, |_, _| [sigma, sigma])
         .into_iter()

@@ -110,7 +110,8 @@ pub(super) fn contracts() -> Vec<Contract> {
     ]
 }
 
-/// How many spheres get another name than with the camera upright, by what was learned from upright pictures in other light.
+/// How many spheres get another name than with the camera upright, by what was learned from upright
+/// pictures in other light.
 fn names_after_roll(quarters: f64, tally: &mut Tally) -> Result<()> {
     let upright = Camera::orthographic(DVec3::Z, DVec3::Y)?;
     let cameras = [upright, upright.rolled(quarters * FRAC_PI_2)];

@@ -39,8 +39,8 @@ impl Tally {
         }
     }
 
-    /// Compares an answer with the truth by any metric that needs nothing else; `at` says where, and
-    /// is called only when it matters.
+    /// Compares an answer with the truth by any metric that needs nothing else; `at` says where,
+    /// and is called only when it matters.
     pub fn compare(&mut self, got: f64, want: f64, at: impl FnOnce() -> String) {
         let error = match self.metric {
             Metric::Ulp => (got - want).abs() / ulp(want),

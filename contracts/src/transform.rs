@@ -260,7 +260,8 @@ fn synthesis_high(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 /// So many go in eights, and three are left.
 const MANY: usize = 35;
 
-/// What each of many maps is multiplied by: powers of two, so that this rounds nothing, no two of one eight alike.
+/// What each of many maps is multiplied by: powers of two, so that this rounds nothing, no two of
+/// one eight alike.
 fn multiple(map: usize) -> f64 {
     f64::powi(2.0, map as i32 % 11 - 5)
 }

@@ -1,4 +1,5 @@
-//! The operator of one view against brute-force quadrature, against closed forms and against its own algebra.
+//! The operator of one view against brute-force quadrature, against closed forms and against its
+//! own algebra.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -83,7 +84,8 @@ fn matches_the_reflection_integral_on_single_harmonics() {
 
 #[test]
 fn total_is_the_lobes_albedo() {
-    // Under uniform light the operator is the directional albedo, which `reflectance` finds by another quadrature.
+    // Under uniform light the operator is the directional albedo, which `reflectance` finds by
+    // another quadrature.
     for variant in Variant::ALL {
         for sigma in [0.01, 0.1, 0.4] {
             let rings = [0.01, 0.5, 1.2, 1.5];
@@ -154,7 +156,8 @@ fn narrow_lobes_tend_to_the_mirror() {
 
 #[test]
 fn diffuse_part_is_the_cosine_integral() {
-    // Against the light's own quadrature: A Lambertian sphere under Y_lm, summed over the hemisphere on a fine grid.
+    // Against the light's own quadrature: A Lambertian sphere under Y_lm, summed over the
+    // hemisphere on a fine grid.
     let rings = [0.4, 1.3];
     let operator = operator(Variant::Duer, 0.1, &rings, 12);
     let rule = lobes::sphere::Rule::gauss_legendre(64).unwrap();

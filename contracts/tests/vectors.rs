@@ -1,4 +1,5 @@
-//! Each kind of vector instructions that the machine has keeps every contract: `LOBES_VECTORS` forces one, in a process of its own.
+//! Each kind of vector instructions that the machine has keeps every contract: `LOBES_VECTORS`
+//! forces one, in a process of its own.
 use std::path::Path;
 use std::process::Command;
 
@@ -10,7 +11,8 @@ const FORCED: &str = "LOBES_VECTORS";
 /// From the widest.
 const PATHS: [&str; 3] = ["avx512", "avx2", "baseline"];
 
-/// The contracts hold with the vectors that were forced; with those that the machine would choose, `tests/contracts.rs` says so.
+/// The contracts hold with the vectors that were forced; with those that the machine would choose,
+/// `tests/contracts.rs` says so.
 #[test]
 fn contracts_hold() {
     if std::env::var_os(FORCED).is_none() {

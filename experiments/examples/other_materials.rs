@@ -1,11 +1,14 @@
-//! The best features and the posterior on sixteen materials that are not the presets: where choices are made, so that none is made on what is reported.
+//! The best features and the posterior on sixteen materials that are not the presets: where choices
+//! are made, so that none is made on what is reported.
 //!
 //! ```text
 //! cargo run --release --example other_materials -- --whole [--turns 4] [--shrinkage 0.2] [--protocols blind,tilted,photograph] [--without 371..388]
 //! ```
 //!
-//! Two sets of eight, seen from so many sides, all of them judged; each map is left out in turn. A line a protocol and set counts the pictures that were named
-//! right: by all features, and without those of the range. Without `--whole` it takes six maps, one set, one side and the protocol `blind`, on small pictures.
+//! Two sets of eight, seen from so many sides, all of them judged; each map is left out in turn. A
+//! line a protocol and set counts the pictures that were named right: by all features, and without
+//! those of the range. Without `--whole` it takes six maps, one set, one side and the protocol
+//! `blind`, on small pictures.
 
 use std::ops::Range;
 

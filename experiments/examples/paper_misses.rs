@@ -1,13 +1,16 @@
-//! Under which of the choices that the paper leaves open are the misses of its features gold and old gold, as it says of all its four?
+//! Under which of the choices that the paper leaves open are the misses of its features gold and
+//! old gold, as it says of all its four?
 //!
 //! ```text
 //! cargo run --release --example paper_misses -- --whole
 //! ```
 //!
-//! The paper does not say which of Ward's lobes Radiance had, whether its numbers are Radiance's arguments or albedos, what
-//! stands behind the sphere, to which degree the sums go, or how features are scaled. Each combination is tried on the built-in maps,
-//! the nearest neighbour leaving one map out, and printed with how many spheres are named right, how many of the
-//! misses are of gold or old gold, and how many of those are taken for the other of the two. Nothing is chosen by it. Without `--whole` it takes four maps and the default lobe and degree.
+//! The paper does not say which of Ward's lobes Radiance had, whether its numbers are Radiance's
+//! arguments or albedos, what stands behind the sphere, to which degree the sums go, or how
+//! features are scaled. Each combination is tried on the built-in maps, the nearest neighbour
+//! leaving one map out, and printed with how many spheres are named right, how many of the misses
+//! are of gold or old gold, and how many of those are taken for the other of the two. Nothing is
+//! chosen by it. Without `--whole` it takes four maps and the default lobe and degree.
 
 use lobes::features::{ImageSpectrum, PaperFeatures, TOP_DEGREE};
 use lobes::illumination::builtin;

@@ -1,4 +1,5 @@
-//! How well two materials that differ in colour alone can be told apart: the ceiling of every classifier.
+//! How well two materials that differ in colour alone can be told apart: the ceiling of every
+//! classifier.
 
 use lobes::nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -22,16 +23,18 @@ pub struct ColourCeiling {
     pub interval: (f64, f64),
 }
 
-/// The rate at which the best rule tells apart two equally likely colours x = c + y and x = c′ + y, where y is a
-/// Gaussian of which samples are given, and its 95 % interval.
+/// The rate at which the best rule tells apart two equally likely colours x = c + y and x = c′ + y,
+/// where y is a Gaussian of which samples are given, and its 95 % interval.
 ///
-/// With d = c′ − c and Σ the covariance of y the rate is Φ(δ/2), δ² = dᵀ Σ⁻¹ d: that of Fisher's linear rule when
-/// all is known. Of n samples in p dimensions with the sample covariance S on m = n − 1 degrees of freedom,
-/// δ² m / (dᵀ S⁻¹ d) follows χ² on m − p + 1 degrees of freedom (Muirhead 1982, Theorem 3.2.12, doi:10.1002/9780470316559), which
-/// gives the interval; (m − p − 1)/m · dᵀ S⁻¹ d is an unbiased estimate of δ².
+/// With d = c′ − c and Σ the covariance of y the rate is Φ(δ/2), δ² = dᵀ Σ⁻¹ d: that of Fisher's
+/// linear rule when all is known. Of n samples in p dimensions with the sample covariance S on m =
+/// n − 1 degrees of freedom, δ² m / (dᵀ S⁻¹ d) follows χ² on m − p + 1 degrees of freedom (Muirhead
+/// 1982, Theorem 3.2.12, doi:10.1002/9780470316559), which gives the interval; (m − p − 1)/m · dᵀ
+/// S⁻¹ d is an unbiased estimate of δ².
 ///
 /// # Errors
-/// [`Error::Length`] for samples that are not of d's length; [`Error::TooFew`] for fewer than p + 3 samples.
+/// [`Error::Length`] for samples that are not of d's length; [`Error::TooFew`] for fewer than p + 3
+/// samples.
 fn separation(difference: &DVector<f64>, samples: &[DVector<f64>]) -> Result<(f64, (f64, f64))> {
     let dimensions = difference.len();
     for sample in samples {
@@ -52,7 +55,8 @@ fn separation(difference: &DVector<f64>, samples: &[DVector<f64>]) -> Result<(f6
         let off = sample - &mean;
         covariance.ger(1.0 / freedom, &off, &off, 1.0);
     }
-    // What never varies, such as the brightness of a matte sphere beside a white one, tells for certain.
+    // What never varies, such as the brightness of a matte sphere beside a white one, tells for
+    // certain.
     let floor = 1e-12 * covariance.trace().max(1e-12);
     for i in 0..dimensions {
         covariance[(i, i)] += floor;
@@ -77,15 +81,17 @@ fn separation(difference: &DVector<f64>, samples: &[DVector<f64>]) -> Result<(f6
     ))
 }
 
-/// The ceilings of all pairs of materials that [differ in colour alone](Material::differs_in_colour_alone), under one protocol.
+/// The ceilings of all pairs of materials that [differ in colour
+/// alone](Material::differs_in_colour_alone), under one protocol.
 ///
-/// The colour of a picture is that of the light, as the finish shows it, times that of the material; where no
-/// highlight shows the light, only what is known of other light tells them apart. The light's colour is taken for a Gaussian of
-/// ln R/G and ln B/G of the mean of the picture and, where the protocol knows the exposure, of ln G beside a white sphere. Its spread is that
-/// over the illuminations of the data set, each seen once; see [`ColourCeiling`].
+/// The colour of a picture is that of the light, as the finish shows it, times that of the
+/// material; where no highlight shows the light, only what is known of other light tells them
+/// apart. The light's colour is taken for a Gaussian of ln R/G and ln B/G of the mean of the
+/// picture and, where the protocol knows the exposure, of ln G beside a white sphere. Its spread is
+/// that over the illuminations of the data set, each seen once; see [`ColourCeiling`].
 ///
-/// It is a ceiling for whoever knows the mean colour alone: a classifier that sees more of the light, such as a
-/// lamp whose colour gives it away, may pass it.
+/// It is a ceiling for whoever knows the mean colour alone: a classifier that sees more of the
+/// light, such as a lamp whose colour gives it away, may pass it.
 ///
 /// # Errors
 /// [`Error::TooFew`] for fewer illuminations than the covariance needs, five or six.
@@ -131,12 +137,12 @@ pub fn colour_ceilings(
     Ok(ceilings)
 }
 
-/// The share of pictures that a classifier could name right which fails at nothing but at colours: estimate, and the
-/// ends of its interval.
+/// The share of pictures that a classifier could name right which fails at nothing but at colours:
+/// estimate, and the ends of its interval.
 ///
-/// Of k materials that differ in colour alone, with r_ij the rate for two of them, the shares named right cannot
-/// sum to more than 2 Σ_{i<j} r_ij / (k − 1), since of each two no more than 2 r_ij can be right. All other
-/// materials count as told for certain.
+/// Of k materials that differ in colour alone, with r_ij the rate for two of them, the shares named
+/// right cannot sum to more than 2 Σ_{i<j} r_ij / (k − 1), since of each two no more than 2 r_ij
+/// can be right. All other materials count as told for certain.
 pub fn best_share(ceilings: &[ColourCeiling], materials: usize) -> [f64; 3] {
     let rivals = |material: usize| {
         let of = |c: &&ColourCeiling| c.first == material || c.second == material;
@@ -168,7 +174,8 @@ mod tests {
         radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
     }
 
-    /// Two samples a fixed distance apart: one dimension, of standard deviation s, has the rate Φ(d/2s) up to the estimate's factor.
+    /// Two samples a fixed distance apart: one dimension, of standard deviation s, has the rate
+    /// Φ(d/2s) up to the estimate's factor.
     #[test]
     fn one_dimension_has_a_closed_form() {
         let samples: Vec<_> = [-1.5, -0.5, 0.5, 1.5, 0.0]
@@ -178,13 +185,14 @@ mod tests {
         let (rate, (low, high)) = separation(&DVector::from_element(1, 2.0), &samples).unwrap();
         let expected = Normal::standard().cdf(0.5 * (4.0 / 1.25 * 0.5_f64).sqrt());
         assert!((rate - expected).abs() < 1e-9, "{rate} for {expected}");
-        // Φ(√(3.2 q/4)/2), q where 1 − e^(−q/2)(1 + q/2), the distribution of χ² on four degrees, is 0.025 and 0.975; by
-        // bisection in Python.
+        // Φ(√(3.2 q/4)/2), q where 1 − e^(−q/2)(1 + q/2), the distribution of χ² on four degrees,
+        // is 0.025 and 0.975; by bisection in Python.
         assert!((low - 0.622_199_077).abs() < 1e-8, "{low}");
         assert!((high - 0.932_264_238).abs() < 1e-8, "{high}");
     }
 
-    /// The intervals hold the true rate as often as they say, and the estimate of δ² has no bias: samples of a known covariance.
+    /// The intervals hold the true rate as often as they say, and the estimate of δ² has no bias:
+    /// samples of a known covariance.
     #[test]
     fn intervals_hold_the_truth() {
         let mut rng = Pcg64::seed_from_u64(3);
@@ -225,7 +233,8 @@ mod tests {
         // Two of four materials are confused half the time: three quarters are right.
         let share = best_share(&[pair(0, 1, 0.5)], 4);
         assert!((share[0] - 0.75).abs() < 1e-15 && share[2] == 1.0);
-        // Three that nobody can tell apart are right one and a half times at most: the bound is not sharp, and it is one.
+        // Three that nobody can tell apart are right one and a half times at most: the bound is not
+        // sharp, and it is one.
         let share = best_share(&[pair(0, 1, 0.5), pair(0, 2, 0.5), pair(1, 2, 0.5)], 3);
         assert!((share[0] - 0.5).abs() < 1e-15);
     }

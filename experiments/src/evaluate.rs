@@ -11,8 +11,8 @@ pub trait Classifier: Sync {
     /// What tables call it.
     fn name(&self) -> String;
 
-    /// Learns from the observations `training` and gives, for each of `test`, one score a label: the
-    /// highest names the material. Scores are log-probabilities up to a constant where the
+    /// Learns from the observations `training` and gives, for each of `test`, one score a label:
+    /// the highest names the material. Scores are log-probabilities up to a constant where the
     /// classifier has any.
     ///
     /// # Errors
@@ -62,7 +62,8 @@ impl Evaluation {
         self.correct() as f64 / self.total().max(1) as f64
     }
 
-    /// How many were given a label of the right finish, `finishes[label]`: their own, or another of the same finish.
+    /// How many were given a label of the right finish, `finishes[label]`: their own, or another of
+    /// the same finish.
     ///
     /// A label beyond `finishes` has none, and only itself is right.
     pub fn correct_finish(&self, finishes: &[Finish]) -> usize {
@@ -105,10 +106,12 @@ impl Evaluation {
     }
 }
 
-/// Names every observation with a classifier that has seen nothing of the same group: of the same illumination or, where several
-/// illuminations are of one place, of the same [scene](lobes::inference::Scenes).
+/// Names every observation with a classifier that has seen nothing of the same group: of the same
+/// illumination or, where several illuminations are of one place, of the same
+/// [scene](lobes::inference::Scenes).
 ///
-/// All observations of one group are left out together, and with them everything that is learned from them. Equal scores go to the label that comes first.
+/// All observations of one group are left out together, and with them everything that is learned
+/// from them. Equal scores go to the label that comes first.
 ///
 /// - `labels[i]`, `groups[i]`: the label and the group of observation i.
 /// - `label_count`: how many labels there are.
@@ -127,7 +130,8 @@ pub fn leave_one_illumination_out(
     judge_leaving_one_out(classifier, labels, groups, &all, label_count, parallelism)
 }
 
-/// [`leave_one_illumination_out`] that names the observations `judged` only; the others are there to learn from.
+/// [`leave_one_illumination_out`] that names the observations `judged` only; the others are there
+/// to learn from.
 ///
 /// # Errors
 /// As there, and [`lobes::Error::Domain`] for an observation to judge that there is not.

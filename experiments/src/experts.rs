@@ -14,28 +14,32 @@ use lobes::{Error, Parallelism, Result};
 
 use crate::evaluate::Classifier;
 
-/// [`GaussianEvidence`] of named materials, the light's spectrum being that of one of the illuminations that were seen.
+/// [`GaussianEvidence`] of named materials, the light's spectrum being that of one of the
+/// illuminations that were seen.
 ///
-/// Natural spectra differ, above all in how much power bright small lights put at high degrees, where no power law is
-/// right. So the prior of the spectrum is the set of measured ones, each as likely as the others: ln p(picture) is the
-/// logarithm of the mean likelihood over them. Channels have one reflectance, one roughness and one spectrum, and a
-/// strength of light each, which is integrated out: the colour of the light is unknown.
+/// Natural spectra differ, above all in how much power bright small lights put at high degrees,
+/// where no power law is right. So the prior of the spectrum is the set of measured ones, each as
+/// likely as the others: ln p(picture) is the logarithm of the mean likelihood over them. Channels
+/// have one reflectance, one roughness and one spectrum, and a strength of light each, which is
+/// integrated out: the colour of the light is unknown.
 ///
-/// Suns and lamps, which are no draw from a Gaussian field, are lights of their own. Two limits. Materials whose pictures differ by exposure only, such as a grey
-/// and a white matte one, have the same evidence, and no method tells them apart without the exposure. And a Gaussian field knows no light that is
-/// negative: roughness is read well, how much a body adds to the gloss is not.
+/// Suns and lamps, which are no draw from a Gaussian field, are lights of their own. Two limits.
+/// Materials whose pictures differ by exposure only, such as a grey and a white matte one, have the
+/// same evidence, and no method tells them apart without the exposure. And a Gaussian field knows
+/// no light that is negative: roughness is read well, how much a body adds to the gloss is not.
 #[derive(Debug, Clone)]
 pub struct EvidenceExpert {
-    /// evidence[observation][material][illumination whose spectrum it is], channels added; empty where the picture was not
-    /// read for it.
+    /// evidence[observation][material][illumination whose spectrum it is], channels added; empty
+    /// where the picture was not read for it.
     evidence: Vec<Vec<Vec<f64>>>,
 }
 
 impl EvidenceExpert {
-    /// The evidence of every picture of `dataset` that has a [`Reading::judged`] for every one of `materials` under every
-    /// spectrum of `spectra`. `layout` is that of the modes.
+    /// The evidence of every picture of `dataset` that has a [`Reading::judged`] for every one of
+    /// `materials` under every spectrum of `spectra`. `layout` is that of the modes.
     ///
-    /// `spectra[i]` is the average power B_l of the light of illumination i, to the degree of the operator or beyond.
+    /// `spectra[i]` is the average power B_l of the light of illumination i, to the degree of the
+    /// operator or beyond.
     ///
     /// # Errors
     /// Pictures too small, a spectrum too short, and what the operator refuses.
@@ -166,13 +170,15 @@ pub fn light_spectrum(
     Ok(average_power(&luminance))
 }
 
-/// A Student t of the rings' amplitudes of log radiance about zero, one per material, learned from spheres that
-/// were rendered under the illuminations seen.
+/// A Student t of the rings' amplitudes of log radiance about zero, one per material, learned from
+/// spheres that were rendered under the illuminations seen.
 ///
-/// Radiance is far from Gaussian, its logarithm is near (Dror, Willsky and Adelson 2004, doi:10.1167/4.9.11). Per order the amplitudes
-/// over the first cosines across the rings are Gaussian with a covariance that is learned and shrunk to its diagonal, and light
-/// differs in contrast: one unknown factor on all variances of a picture, with a scaled inverse χ² prior of 50 degrees of freedom,
-/// integrates out to a Student t. The mean over the picture is left out, and with it the exposure.
+/// Radiance is far from Gaussian, its logarithm is near (Dror, Willsky and Adelson 2004,
+/// doi:10.1167/4.9.11). Per order the amplitudes over the first cosines across the rings are
+/// Gaussian with a covariance that is learned and shrunk to its diagonal, and light differs in
+/// contrast: one unknown factor on all variances of a picture, with a scaled inverse χ² prior of 50
+/// degrees of freedom, integrates out to a Student t. The mean over the picture is left out, and
+/// with it the exposure.
 #[derive(Debug)]
 pub struct LogRadianceExpert {
     labels: usize,
@@ -192,8 +198,9 @@ const SHRINKAGE: f64 = 0.1;
 const DEGREES_OF_FREEDOM: f64 = 50.0;
 
 impl LogRadianceExpert {
-    /// Reads the pictures of a data set; all of those seen are learned from. `noise` is what pixels and interpolation add to each
-    /// amplitude of log radiance; it keeps matte spheres, whose high orders are nothing else, from deciding by it.
+    /// Reads the pictures of a data set; all of those seen are learned from. `noise` is what pixels
+    /// and interpolation add to each amplitude of log radiance; it keeps matte spheres, whose high
+    /// orders are nothing else, from deciding by it.
     pub fn new(dataset: &Dataset<Reading>, noise: f64) -> Self {
         let labels = dataset.materials.len();
         let size = Reader::FUNCTIONS;
@@ -282,7 +289,8 @@ fn cholesky(matrix: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
     })
 }
 
-/// A Gaussian of the logarithms of a picture's mean colour, one mean per material and one covariance.
+/// A Gaussian of the logarithms of a picture's mean colour, one mean per material and one
+/// covariance.
 #[derive(Debug)]
 pub struct ColourExpert {
     labels: Vec<usize>,

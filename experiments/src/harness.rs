@@ -42,7 +42,8 @@ pub enum Method {
     LogRadiance,
     /// Bands of log radiance and a linear discriminant.
     LogBands,
-    /// The discriminant on bands of log radiance, the likelihood of log radiance and evidence, weighed by an inner loop.
+    /// The discriminant on bands of log radiance, the likelihood of log radiance and evidence,
+    /// weighed by an inner loop.
     Combined,
 }
 
@@ -101,7 +102,8 @@ impl Method {
         )
     }
 
-    /// Whether an inner loop chooses something, for which a fold needs two scenes and so the data three.
+    /// Whether an inner loop chooses something, for which a fold needs two scenes and so the data
+    /// three.
     pub fn has_inner_loop(self) -> bool {
         !self.learns_from_one_turn()
     }
@@ -129,10 +131,12 @@ pub struct Harness {
 impl Harness {
     /// Renders and reads the pictures of a protocol.
     ///
-    /// The pictures of [`Protocol::Photograph`] are photographed with a generator seeded by `seed` and the picture's place.
+    /// The pictures of [`Protocol::Photograph`] are photographed with a generator seeded by `seed`
+    /// and the picture's place.
     ///
     /// # Errors
-    /// Those of [`collect`] and of [`Reader::read`]; [`Protocol::Continuous`], which has no named materials.
+    /// Those of [`collect`] and of [`Reader::read`]; [`Protocol::Continuous`], which has no named
+    /// materials.
     pub fn new(
         protocol: Protocol,
         illuminations: &[EnvironmentMap],
@@ -181,7 +185,8 @@ impl Harness {
         })
     }
 
-    /// The pictures of [`Protocol::Paper`] as [`Protocol::Blind`] has them, without rendering them again.
+    /// The pictures of [`Protocol::Paper`] as [`Protocol::Blind`] has them, without rendering them
+    /// again.
     #[must_use]
     pub fn blind(&self) -> Self {
         let observations = self.dataset.observations.iter().cloned();
@@ -274,8 +279,8 @@ impl Harness {
     /// Names every picture of turn 0, leaving one scene out at a time.
     ///
     /// # Errors
-    /// [`Error::Undefined`] for evidence that was not [prepared](Self::prepare) and for fewer than three scenes where an inner
-    /// loop needs two to learn from.
+    /// [`Error::Undefined`] for evidence that was not [prepared](Self::prepare) and for fewer than
+    /// three scenes where an inner loop needs two to learn from.
     pub fn evaluate(&self, method: Method, parallelism: Parallelism) -> Result<Evaluation> {
         let data = &self.dataset;
         let count = data.materials.len();

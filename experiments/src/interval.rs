@@ -31,10 +31,12 @@ pub fn wilson(successes: usize, trials: usize, level: f64) -> (f64, f64) {
     )
 }
 
-/// McNemar's exact test: the probability, were two classifiers equally good, that their disagreement is at least as lopsided.
+/// McNemar's exact test: the probability, were two classifiers equally good, that their
+/// disagreement is at least as lopsided.
 ///
-/// `first` pictures were named right by the first alone and `second` by the second alone; those on which they agree say nothing. Two-sided:
-/// twice the tail of a binomial of ½, no more than 1 (McNemar 1947, doi:10.1007/BF02295996).
+/// `first` pictures were named right by the first alone and `second` by the second alone; those on
+/// which they agree say nothing. Two-sided: twice the tail of a binomial of ½, no more than 1
+/// (McNemar 1947, doi:10.1007/BF02295996).
 ///
 /// ```
 /// use lobes_experiments::mcnemar;

@@ -1,4 +1,5 @@
-//! How well materials are named: protocols, classifiers, leaving one illumination out, and the tables of `lobes reproduce`.
+//! How well materials are named: protocols, classifiers, leaving one illumination out, and the
+//! tables of `lobes reproduce`.
 //!
 //! The library holds what reads one picture ([`lobes::inference`]); this crate holds what is tried
 //! and judged on many of them.

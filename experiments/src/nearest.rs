@@ -9,8 +9,8 @@ use lobes::{Error, Result};
 /// The power features are ratios of powers and span decades, and so does the square of a mean
 /// radiance: the difference that means something is a ratio. Unscaled, the feature with the largest
 /// unit (v7, in degrees) decides alone; standardised, its outliers do. Hence the default,
-/// [`Logarithmic`](Self::Logarithmic): it is chosen for that reason and before any result, and every
-/// scaling stands in the table.
+/// [`Logarithmic`](Self::Logarithmic): it is chosen for that reason and before any result, and
+/// every scaling stands in the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Scaling {
@@ -116,8 +116,8 @@ impl NearestNeighbour {
         })
     }
 
-    /// Over the observations with these vectors of features, any number of them, each divided by its standard deviation over
-    /// the training observations.
+    /// Over the observations with these vectors of features, any number of them, each divided by
+    /// its standard deviation over the training observations.
     ///
     /// # Errors
     /// As [`Self::new`], and [`Error::Length`] where the vectors differ in length.

@@ -11,16 +11,18 @@ use lobes::named;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Protocol {
-    /// Seen level by an orthographic camera, linear, and divided by the mean luminance of a white sphere in the same light.
+    /// Seen level by an orthographic camera, linear, and divided by the mean luminance of a white
+    /// sphere in the same light.
     Paper,
     /// The pictures of [`Paper`](Self::Paper) without the white sphere: the exposure is unknown.
     Blind,
     /// Seen from 45° above the horizon, the exposure unknown.
     Tilted,
-    /// Seen from 45° above by a camera at [`Self::PHOTOGRAPH_DISTANCE`] radii that sets its exposure, clips, has noise, and
-    /// writes a JPEG of 8 bits.
+    /// Seen from 45° above by a camera at [`Self::PHOTOGRAPH_DISTANCE`] radii that sets its
+    /// exposure, clips, has noise, and writes a JPEG of 8 bits.
     Photograph,
-    /// Random reflectances instead of named materials, seen as in [`Blind`](Self::Blind): σ and the specular share are read off.
+    /// Random reflectances instead of named materials, seen as in [`Blind`](Self::Blind): σ and the
+    /// specular share are read off.
     Continuous,
 }
 

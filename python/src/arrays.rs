@@ -17,7 +17,8 @@ fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
         .map(|module| module.bind(py))
 }
 
-/// Anything that NumPy makes an array of numbers of, as a contiguous array of doubles or of complex doubles: as it lies, or copied.
+/// Anything that NumPy makes an array of numbers of, as a contiguous array of doubles or of complex
+/// doubles: as it lies, or copied.
 ///
 /// `kinds` are the kinds of NumPy's types that become one without loss of meaning.
 fn array<'py, T: Element>(

@@ -56,10 +56,12 @@ pub(crate) fn mask_of(
 
 #[pymethods]
 impl Picture {
-    /// Of linear radiance (rows, columns, 3), or of sRGB codes: uint8, uint16, or numbers on [0, 1] where `encoded` says so.
+    /// Of linear radiance (rows, columns, 3), or of sRGB codes: uint8, uint16, or numbers on [0, 1]
+    /// where `encoded` says so.
     ///
-    /// A mask (rows, columns), of booleans, uint8 or numbers on [0, 1], tells which pixels are of the sphere: what the others hold does not
-    /// matter. A focal length in pixels tells how far the camera is. A `Rendering` brings its mask with it.
+    /// A mask (rows, columns), of booleans, uint8 or numbers on [0, 1], tells which pixels are of
+    /// the sphere: what the others hold does not matter. A focal length in pixels tells how far the
+    /// camera is. A `Rendering` brings its mask with it.
     #[new]
     #[pyo3(signature = (pixels, encoded=None, mask=None, focal_length=None))]
     fn new(
@@ -117,7 +119,8 @@ impl Picture {
         Ok(Self(Arc::new(picture)))
     }
 
-    /// Reads a PNG or JPEG, as sRGB unless it says otherwise, or a linear OpenEXR, Radiance or PFM file; an alpha channel is the mask.
+    /// Reads a PNG or JPEG, as sRGB unless it says otherwise, or a linear OpenEXR, Radiance or PFM
+    /// file; an alpha channel is the mask.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         interrupt::run(py, move || picture::Picture::read(&path))?
@@ -154,7 +157,8 @@ impl Picture {
         self.0.focal_length()
     }
 
-    /// Where the sphere is, (x, y, radius) in pixels from the left and the top: by the mask, else found.
+    /// Where the sphere is, (x, y, radius) in pixels from the left and the top: by the mask, else
+    /// found.
     fn circle(&self, py: Python<'_>) -> PyResult<(f64, f64, f64)> {
         let picture = Arc::clone(&self.0);
         let Circle { x, y, radius } =
@@ -235,8 +239,8 @@ type Parts<'py> = (
     f64,
 );
 
-/// What a model learns from: spheres of the materials and of random reflectances, rendered under the lights and read as a camera may
-/// leave them.
+/// What a model learns from: spheres of the materials and of random reflectances, rendered under
+/// the lights and read as a camera may leave them.
 ///
 /// It takes about a minute to make and can be pickled.
 #[pyclass(frozen, module = "lobes")]
@@ -244,7 +248,8 @@ pub(crate) struct Training(Arc<inference::Training>);
 
 #[pymethods]
 impl Training {
-    /// Under these lights, of these materials (the eight presets unless said), from `cameras` cameras.
+    /// Under these lights, of these materials (the eight presets unless said), from `cameras`
+    /// cameras.
     ///
     /// `progress(done, total)` is called as the work goes on.
     #[new]
@@ -443,7 +448,8 @@ impl Model {
         self.0.materials().to_vec()
     }
 
-    /// What the model says of the sphere in a picture, within `circle` (x, y, radius in pixels) or where `Picture.circle` finds it.
+    /// What the model says of the sphere in a picture, within `circle` (x, y, radius in pixels) or
+    /// where `Picture.circle` finds it.
     #[pyo3(signature = (picture, circle=None))]
     fn read<'py>(
         &self,

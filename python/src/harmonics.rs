@@ -15,7 +15,8 @@ use crate::arrays::{
 use crate::coefficients::{Sets, wrap, wrap_all};
 use crate::{error, parallelism};
 
-/// What fits between two looks for Ctrl-C: multiplications of about a fifth of a second on one core.
+/// What fits between two looks for Ctrl-C: multiplications of about a fifth of a second on one
+/// core.
 const BETWEEN_LOOKS: usize = 200_000_000;
 
 /// How many pieces of work of so many multiplications are done between two looks for Ctrl-C.
@@ -25,8 +26,9 @@ fn at_a_time(cost: usize, threads: Parallelism) -> usize {
 
 /// A plan for analysis and synthesis on one grid, to one degree.
 ///
-/// The grids are "gauss-legendre", "clenshaw-curtis" and "fejer", whose azimuths begin at `first_azimuth` (0, and half a column for "fejer")
-/// and grow with the column unless they are `descending`, and "lat-long", that of environment maps.
+/// The grids are "gauss-legendre", "clenshaw-curtis" and "fejer", whose azimuths begin at
+/// `first_azimuth` (0, and half a column for "fejer") and grow with the column unless they are
+/// `descending`, and "lat-long", that of environment maps.
 #[pyclass(frozen, eq, module = "lobes")]
 pub(crate) struct Transform {
     transform: harmonics::Transform,
@@ -300,7 +302,8 @@ impl Rotation {
         self.0.degree()
     }
 
-    /// The coefficients of f(R⁻¹ ω) for the rotation of a quaternion (x, y, z, w), which need not be of unit length. All orders come out.
+    /// The coefficients of f(R⁻¹ ω) for the rotation of a quaternion (x, y, z, w), which need not
+    /// be of unit length. All orders come out.
     #[pyo3(signature = (coefficients, quaternion, threads=true))]
     fn rotate<'py>(
         &self,
@@ -388,7 +391,8 @@ pub(crate) fn basis<'py>(
     Ok(out)
 }
 
-/// All Y_lm at directions (…, 3), (…, count), and their gradients on the unit sphere, (…, 3, count): tangent vectors.
+/// All Y_lm at directions (…, 3), (…, count), and their gradients on the unit sphere, (…, 3,
+/// count): tangent vectors.
 #[pyfunction]
 #[pyo3(signature = (directions, degree, threads=true))]
 pub(crate) fn basis_gradients<'py>(
@@ -424,7 +428,8 @@ fn at_shape(sets: &Sets<'_>, directions: &Directions) -> Vec<usize> {
     [&sets.shape[..], &directions.shape[..]].concat()
 }
 
-/// Coefficients summed at scattered directions (…, 3) of the harmonic frame: a value for each set and each direction.
+/// Coefficients summed at scattered directions (…, 3) of the harmonic frame: a value for each set
+/// and each direction.
 #[pyfunction]
 #[pyo3(signature = (coefficients, directions, threads=true))]
 pub(crate) fn synthesise_at<'py>(
@@ -452,8 +457,8 @@ pub(crate) fn synthesise_at<'py>(
     shaped(py, &at_shape(&sets, &directions), sums)
 }
 
-/// Values as of `synthesise_at`, and their gradients on the unit sphere, with 3 more at the end of the shape: tangent vectors whose
-/// product with a small step is the change of the value.
+/// Values as of `synthesise_at`, and their gradients on the unit sphere, with 3 more at the end of
+/// the shape: tangent vectors whose product with a small step is the change of the value.
 #[pyfunction]
 #[pyo3(signature = (coefficients, directions, threads=true))]
 pub(crate) fn gradients_at<'py>(

@@ -39,9 +39,11 @@ fn mapping(name: Option<&str>) -> PyResult<Option<Mapping>> {
 
 #[pymethods]
 impl EnvironmentMap {
-    /// Of linear radiance (rows, columns, 3), twice as many columns as rows: row 0 is the zenith and the centre column looks along −z.
+    /// Of linear radiance (rows, columns, 3), twice as many columns as rows: row 0 is the zenith
+    /// and the centre column looks along −z.
     ///
-    /// Under another mapping ("angular-map", "mirror-ball", "vertical-cross", "horizontal-cross") it is resampled.
+    /// Under another mapping ("angular-map", "mirror-ball", "vertical-cross", "horizontal-cross")
+    /// it is resampled.
     #[new]
     #[pyo3(signature = (pixels, name="map", mapping="lat-long"))]
     fn new(py: Python<'_>, pixels: &Bound<'_, PyAny>, name: &str, mapping: &str) -> PyResult<Self> {
@@ -60,7 +62,8 @@ impl EnvironmentMap {
         .map_err(error)
     }
 
-    /// Reads an OpenEXR, Radiance or PFM file; without a mapping its shape tells it, and a square needs one.
+    /// Reads an OpenEXR, Radiance or PFM file; without a mapping its shape tells it, and a square
+    /// needs one.
     #[staticmethod]
     #[pyo3(signature = (path, mapping=None))]
     fn read(py: Python<'_>, path: PathBuf, mapping: Option<&str>) -> PyResult<Self> {
@@ -70,7 +73,8 @@ impl EnvironmentMap {
             .map_err(error)
     }
 
-    /// Reads every map of a folder, sorted by name; a mapping is that of the files whose shape it fits.
+    /// Reads every map of a folder, sorted by name; a mapping is that of the files whose shape it
+    /// fits.
     #[staticmethod]
     #[pyo3(signature = (path, mapping=None))]
     fn read_folder(py: Python<'_>, path: PathBuf, mapping: Option<&str>) -> PyResult<Vec<Self>> {
@@ -137,7 +141,8 @@ impl EnvironmentMap {
             .map_err(error)
     }
 
-    /// The map with the brightest share of the sphere brought down to the brightest pixel that is left, as a camera of too small a range would.
+    /// The map with the brightest share of the sphere brought down to the brightest pixel that is
+    /// left, as a camera of too small a range would.
     fn clipped(&self, share: f64) -> PyResult<Self> {
         self.0.clipped(share).map(Self::from).map_err(error)
     }
@@ -156,7 +161,8 @@ impl EnvironmentMap {
         wrap_all(py, &[3], channels.into(), (degree, degree))
     }
 
-    /// The power spectrum, the law k / l^(2+η) that it follows, and the channels' coherence, to a degree or to what the map carries.
+    /// The power spectrum, the law k / l^(2+η) that it follows, and the channels' coherence, to a
+    /// degree or to what the map carries.
     #[pyo3(signature = (degree=128, threads=true))]
     fn spectrum<'py>(
         &self,
@@ -246,7 +252,8 @@ pub(crate) fn read_linear(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, P
     shaped(py, &shape, picture.pixels.into_flattened())
 }
 
-/// The bytes of an OpenEXR file of linear radiance (rows, columns, 3), in "single" precision or in "half".
+/// The bytes of an OpenEXR file of linear radiance (rows, columns, 3), in "single" precision or in
+/// "half".
 #[pyfunction]
 #[pyo3(signature = (pixels, precision="single"))]
 pub(crate) fn encode_exr<'py>(
@@ -283,7 +290,8 @@ pub(crate) fn encode_exr<'py>(
     Ok(PyBytes::new(py, &bytes.map_err(error)?))
 }
 
-/// The bytes of a PNG of linear radiance (rows, columns, 3) times the exposure, as 8-bit sRGB; transparent where the mask is 0.
+/// The bytes of a PNG of linear radiance (rows, columns, 3) times the exposure, as 8-bit sRGB;
+/// transparent where the mask is 0.
 #[pyfunction]
 #[pyo3(signature = (pixels, mask=None, exposure=1.0))]
 pub(crate) fn encode_png<'py>(

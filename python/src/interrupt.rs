@@ -11,7 +11,8 @@ use pyo3::prelude::*;
 /// How often Python is asked whether a signal came.
 const ASK: Duration = Duration::from_millis(50);
 
-/// How long work that was cancelled is waited for. What does not look at its switch by then goes on in the background, for nothing.
+/// How long work that was cancelled is waited for. What does not look at its switch by then goes on
+/// in the background, for nothing.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// How far a piece of work is.
@@ -25,7 +26,8 @@ impl Progress {
     }
 }
 
-/// Does `work` on a thread of its own, without the interpreter's lock, while this one attends to Python's signals.
+/// Does `work` on a thread of its own, without the interpreter's lock, while this one attends to
+/// Python's signals.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
@@ -33,7 +35,8 @@ pub(crate) fn run<T: Send + 'static>(
     run_with_progress(py, None, |_| work())
 }
 
-/// As [`run`]; `callback(done, total)` is called on this thread whenever more of the steps are done. What it raises ends the work.
+/// As [`run`]; `callback(done, total)` is called on this thread whenever more of the steps are
+/// done. What it raises ends the work.
 pub(crate) fn run_with_progress<T: Send + 'static>(
     py: Python<'_>,
     callback: Option<(&Bound<'_, PyAny>, usize)>,

@@ -1,6 +1,7 @@
 //! `lobes` for Python: NumPy arrays in and out, the interpreter let go while it works.
 //!
-//! What is plain data in Python (`Coefficients`, and the records that functions give) is written in Python, in `package/lobes`.
+//! What is plain data in Python (`Coefficients`, and the records that functions give) is written in
+//! Python, in `package/lobes`.
 
 mod arrays;
 mod classify;
@@ -35,7 +36,8 @@ fn error(error: lobes::Error) -> PyErr {
     }
 }
 
-/// A sentence of the crate, which speaks of the command's options and of Rust's paths, in terms of Python.
+/// A sentence of the crate, which speaks of the command's options and of Rust's paths, in terms of
+/// Python.
 fn pythonic(sentence: &str) -> String {
     sentence
         .replace("--mapping angular-map", "mapping=\"angular-map\"")
@@ -71,7 +73,8 @@ fn is_record(object: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
     object.is_instance(&class)
 }
 
-/// The vector instructions that are used: "avx512", "avx2" or "baseline"; the environment variable `LOBES_VECTORS` chooses.
+/// The vector instructions that are used: "avx512", "avx2" or "baseline"; the environment variable
+/// `LOBES_VECTORS` chooses.
 #[pyfunction]
 fn vectors() -> &'static str {
     lobes::vectors()

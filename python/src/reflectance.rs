@@ -35,7 +35,8 @@ fn check_cosine(cosine: f64) -> PyResult<()> {
 
 #[pymethods]
 impl Lobe {
-    /// One of the variants "ward1992", "duer", "gmd" and "sampled", with one width or with two, along the tangents +x and +y.
+    /// One of the variants "ward1992", "duer", "gmd" and "sampled", with one width or with two,
+    /// along the tangents +x and +y.
     #[new]
     #[pyo3(signature = (variant, sigma_x, sigma_y=None))]
     fn new(variant: &str, sigma_x: f64, sigma_y: Option<f64>) -> PyResult<Self> {
@@ -91,9 +92,11 @@ impl Lobe {
         shaped(py, &lights.shape, densities)
     }
 
-    /// Lights (…, 3) drawn for one view by Ward's half-vector sampler from numbers (…, 2) on [0, 1), and their weights f · c_i / pdf.
+    /// Lights (…, 3) drawn for one view by Ward's half-vector sampler from numbers (…, 2) on [0,
+    /// 1), and their weights f · c_i / pdf.
     ///
-    /// The mean of weight times the light's radiance is what is reflected. A weight of 0 is a light below the horizon.
+    /// The mean of weight times the light's radiance is what is reflected. A weight of 0 is a light
+    /// below the horizon.
     fn sample<'py>(
         &self,
         py: Python<'py>,
@@ -125,13 +128,15 @@ impl Lobe {
         Ok((shaped(py, &shape, lights.collect())?, weights))
     }
 
-    /// The share of light that is reflected, at the cosine of a view in the plane of the normal and the tangent +x.
+    /// The share of light that is reflected, at the cosine of a view in the plane of the normal and
+    /// the tangent +x.
     fn albedo(&self, view_cosine: f64) -> PyResult<f64> {
         check_cosine(view_cosine)?;
         Ok(self.0.albedo(view_cosine))
     }
 
-    /// The share of light that is reflected towards any view, which matters to a lobe of two widths.
+    /// The share of light that is reflected towards any view, which matters to a lobe of two
+    /// widths.
     fn albedo_from(&self, view: &Bound<'_, PyAny>) -> PyResult<f64> {
         Ok(self.0.albedo_from(Directions::one(view, "the view")?))
     }
@@ -154,7 +159,8 @@ impl Lobe {
         Ok(PyArray1::from_vec(py, zonal))
     }
 
-    /// b_0 … b_degree of normal incidence by a closed form, and bounds on their errors: "series", to σ⁴, or "gaussian", the paper's e^(−(σl)²).
+    /// b_0 … b_degree of normal incidence by a closed form, and bounds on their errors: "series",
+    /// to σ⁴, or "gaussian", the paper's e^(−(σl)²).
     #[pyo3(signature = (degree, form="series"))]
     fn approximate<'py>(
         &self,
@@ -183,7 +189,8 @@ impl Lobe {
         ))
     }
 
-    /// b_0 … b_degree at the cosine of a view by the form of two axes, and a bound on all their errors.
+    /// b_0 … b_degree at the cosine of a view by the form of two axes, and a bound on all their
+    /// errors.
     fn approximate_oblique<'py>(
         &self,
         py: Python<'py>,
@@ -197,7 +204,8 @@ impl Lobe {
         Ok((PyArray1::from_vec(py, oblique.values), oblique.bound))
     }
 
-    /// The coefficients ρ̂_lpq over light and view, (light_degree + 1, view_degree + 1, orders), q = 0 … the smaller degree.
+    /// The coefficients ρ̂_lpq over light and view, (light_degree + 1, view_degree + 1, orders), q
+    /// = 0 … the smaller degree.
     fn isotropic_coefficients<'py>(
         &self,
         py: Python<'py>,
@@ -537,7 +545,8 @@ pub(crate) fn read_merl(
     measurements(py, &all)
 }
 
-/// The kernel k_l, l = 0 … degree, that takes the coefficients of light to those of what it is reflected as, and its standard errors.
+/// The kernel k_l, l = 0 … degree, that takes the coefficients of light to those of what it is
+/// reflected as, and its standard errors.
 #[pyfunction]
 pub(crate) fn recover_kernel<'py>(
     py: Python<'py>,

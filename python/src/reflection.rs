@@ -57,7 +57,8 @@ impl Camera {
 
 #[pymethods]
 impl Camera {
-    /// From far away, or from `distance` radii of the sphere, turned about its line of sight by `roll` radians, anticlockwise as it looks through it.
+    /// From far away, or from `distance` radii of the sphere, turned about its line of sight by
+    /// `roll` radians, anticlockwise as it looks through it.
     #[new]
     #[pyo3(signature = (towards=None, up=None, distance=None, roll=0.0))]
     fn new(
@@ -103,7 +104,8 @@ impl Camera {
         Self::made(self.towards, self.up, self.distance, self.roll + angle)
     }
 
-    /// What the pixels of a picture see: normals and directions to the camera, each (size, size, 3), NaN where a pixel misses the sphere.
+    /// What the pixels of a picture see: normals and directions to the camera, each (size, size,
+    /// 3), NaN where a pixel misses the sphere.
     #[expect(clippy::type_complexity, reason = "two arrays")]
     fn sights<'py>(
         &self,
@@ -250,7 +252,8 @@ impl Renderer {
         record(py, "Rendering", (pixels, mask, rendering.error, camera))
     }
 
-    /// The radiance (…, 3) that is seen of normals (…, 3) from directions (…, 3), of unit length, and its estimated error.
+    /// The radiance (…, 3) that is seen of normals (…, 3) from directions (…, 3), of unit length,
+    /// and its estimated error.
     #[pyo3(signature = (material, normals, views, variant="sampled", tolerance=1e-3, threads=true))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]
     fn radiance<'py>(
@@ -298,7 +301,8 @@ impl Renderer {
     }
 }
 
-/// The image of a sphere that fills the array; a rendering has its camera, all else is taken to be seen from far away.
+/// The image of a sphere that fills the array; a rendering has its camera, all else is taken to be
+/// seen from far away.
 fn sphere_image(object: &Bound<'_, PyAny>) -> PyResult<SphereImage> {
     let rendering = is_record(object, "Rendering")?;
     let camera = if rendering {
@@ -319,7 +323,8 @@ fn sphere_image(object: &Bound<'_, PyAny>) -> PyResult<SphereImage> {
     SphereImage::new(camera.camera, rows, values).map_err(error)
 }
 
-/// The paper's ten features of an image, (size, size, 3), of a sphere that fills it: v1 … v7 and B_0 of red, green and blue.
+/// The paper's ten features of an image, (size, size, 3), of a sphere that fills it: v1 … v7 and
+/// B_0 of red, green and blue.
 ///
 /// What stands outside of the sphere does not matter.
 #[pyfunction]

@@ -44,7 +44,8 @@ pub(crate) fn average_power<'py>(
     })
 }
 
-/// The average cross power of each degree, Σ_m a_lm b_lm / (2l + 1), (…, degree + 1), of two arrays of one shape.
+/// The average cross power of each degree, Σ_m a_lm b_lm / (2l + 1), (…, degree + 1), of two arrays
+/// of one shape.
 #[pyfunction]
 pub(crate) fn cross_power<'py>(
     py: Python<'py>,
@@ -119,7 +120,8 @@ pub(crate) fn convolve_zonal<'py>(
     })
 }
 
-/// The inverse of `convolve_zonal`: times factor / (factor² + floor²), where the floor is the ratio of noise to signal.
+/// The inverse of `convolve_zonal`: times factor / (factor² + floor²), where the floor is the ratio
+/// of noise to signal.
 #[pyfunction]
 #[pyo3(signature = (coefficients, factors, floor=0.0))]
 pub(crate) fn deconvolve_zonal<'py>(
@@ -178,7 +180,8 @@ fn storage(order: &str) -> PyResult<Order> {
     )
 }
 
-/// The complex coefficients a_lm, m ≥ 0, (…, (degree + 1)(degree + 2)/2): those of healpy and ducc0 unless another convention is named.
+/// The complex coefficients a_lm, m ≥ 0, (…, (degree + 1)(degree + 2)/2): those of healpy and ducc0
+/// unless another convention is named.
 #[pyfunction]
 #[pyo3(signature = (coefficients, normalisation="orthonormal", phase="condon-shortley"))]
 pub(crate) fn to_complex<'py>(
@@ -233,8 +236,9 @@ pub(crate) fn from_complex<'py>(
     wrap_all(py, &shape, sets, (degree, degree))
 }
 
-/// Real coefficients of all orders, (…, (degree + 1)²), in another normalisation ("orthonormal", "four-pi", "schmidt"), phase ("plain",
-/// "condon-shortley") and order of storage ("by-order", or "by-degree": l² + l + m).
+/// Real coefficients of all orders, (…, (degree + 1)²), in another normalisation ("orthonormal",
+/// "four-pi", "schmidt"), phase ("plain", "condon-shortley") and order of storage ("by-order", or
+/// "by-degree": l² + l + m).
 #[pyfunction]
 #[pyo3(signature = (coefficients, normalisation="orthonormal", phase="plain", order="by-degree"))]
 pub(crate) fn to_real<'py>(
@@ -305,7 +309,8 @@ impl Mask {
 
 #[pymethods]
 impl Mask {
-    /// 1 for angles below `inner`, in radians, falling as cos² to 0 at `outer`; without it a cap that ends at `inner`.
+    /// 1 for angles below `inner`, in radians, falling as cos² to 0 at `outer`; without it a cap
+    /// that ends at `inner`.
     #[new]
     #[pyo3(signature = (inner, outer=None))]
     fn new(inner: f64, outer: Option<f64>) -> PyResult<Self> {
@@ -439,9 +444,11 @@ impl Coupling {
         Ok(PyArray1::from_vec(py, coupled))
     }
 
-    /// The power of the whole sphere in bands, from that of the masked field: band b holds the degrees `edges[b]` … `edges[b + 1]` − 1.
+    /// The power of the whole sphere in bands, from that of the masked field: band b holds the
+    /// degrees `edges[b]` … `edges[b + 1]` − 1.
     ///
-    /// Within a band the power is taken as `shape`, a number for each degree, times the one unknown that comes back; constant unless given.
+    /// Within a band the power is taken as `shape`, a number for each degree, times the one unknown
+    /// that comes back; constant unless given.
     #[pyo3(signature = (masked, edges, shape=None))]
     fn decouple<'py>(
         &self,

@@ -1,8 +1,9 @@
 //! glTF 2.0's metallic-roughness materials.
 //!
-//! Appendix B of the specification: a dielectric of F₀ = 0.04 over a Lambert body of the base colour, and a metal of F₀ = base colour, mixed by `metallic`;
-//! both GGX of α = roughness². `KHR_materials_ior` gives the dielectric another F₀, ((n − 1)/(n + 1))², and `KHR_materials_specular` multiplies it: by a colour, up to 1,
-//! and then by a factor.
+//! Appendix B of the specification: a dielectric of F₀ = 0.04 over a Lambert body of the base
+//! colour, and a metal of F₀ = base colour, mixed by `metallic`; both GGX of α = roughness².
+//! `KHR_materials_ior` gives the dielectric another F₀, ((n − 1)/(n + 1))², and
+//! `KHR_materials_specular` multiplies it: by a colour, up to 1, and then by a factor.
 
 use serde_json::{Map, Value, json};
 

@@ -1,7 +1,9 @@
 //! Mitsuba 3's BSDFs in a scene's XML.
 //!
-//! Its `roughplastic` and `plastic` let light of F₀ through the boundary and back out: with the default, which neglects changes of colour, the albedo of the body
-//! seen along the normal is (1 − F₀) ρ, else it is (1 − F₀) ρ (1 − F)/(1 − ρF), F the mean reflectance from within. The dielectric part of `principled` has F₀ = 0.08 · specular.
+//! Its `roughplastic` and `plastic` let light of F₀ through the boundary and back out: with the
+//! default, which neglects changes of colour, the albedo of the body seen along the normal is (1 −
+//! F₀) ρ, else it is (1 − F₀) ρ (1 − F)/(1 − ρF), F the mean reflectance from within. The
+//! dielectric part of `principled` has F₀ = 0.08 · specular.
 
 use roxmltree::{Document, Node};
 
@@ -340,7 +342,8 @@ fn linear(code: f64) -> f64 {
     }
 }
 
-/// The mean reflectance of a boundary for light that comes from all sides within: 1 − (1 − F)/n² of the mean F from outside.
+/// The mean reflectance of a boundary for light that comes from all sides within: 1 − (1 − F)/n² of
+/// the mean F from outside.
 fn from_within(index: f64) -> Result<f64> {
     let boundary = Fresnel::Dielectric { index };
     boundary

@@ -1,8 +1,10 @@
 //! Materials of other programs: glTF 2.0, Mitsuba 3 and Radiance.
 //!
-//! A [`Material`] is a Lambert part, a specular part of one colour and one width, and no more. Other programs say more or say it
-//! otherwise, so that each reading and each writing may lose something. What is lost is never dropped in silence: it comes back as [`Note`]s, a sentence
-//! each, beside the materials or the text. What each format cannot express is said at its variant of [`Format`].
+//! A [`Material`] is a Lambert part, a specular part of one colour and one width, and no more.
+//! Other programs say more or say it otherwise, so that each reading and each writing may lose
+//! something. What is lost is never dropped in silence: it comes back as [`Note`]s, a sentence
+//! each, beside the materials or the text. What each format cannot express is said at its variant
+//! of [`Format`].
 
 mod gltf;
 mod mitsuba;
@@ -26,20 +28,24 @@ use crate::{Error, Result};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Format {
-    /// The `materials` of a glTF 2.0 file (`.gltf`, JSON): base colour, metallic and roughness, with α = roughness², and the extensions
-    /// `KHR_materials_specular` and `KHR_materials_ior`.
+    /// The `materials` of a glTF 2.0 file (`.gltf`, JSON): base colour, metallic and roughness,
+    /// with α = roughness², and the extensions `KHR_materials_specular` and `KHR_materials_ior`.
     ///
-    /// It cannot express a lobe other than GGX, nor a highlight that keeps its strength towards grazing.
+    /// It cannot express a lobe other than GGX, nor a highlight that keeps its strength towards
+    /// grazing.
     Gltf,
-    /// The BSDFs of a Mitsuba 3 scene (`.xml`): `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic`, `principled`, `twosided` and the
-    /// `blendbsdf` that is written here.
+    /// The BSDFs of a Mitsuba 3 scene (`.xml`): `diffuse`, `conductor`, `roughconductor`,
+    /// `plastic`, `roughplastic`, `principled`, `twosided` and the `blendbsdf` that is written
+    /// here.
     ///
-    /// It cannot express reflectances above 1, so that a material whose largest `ρ_d` and largest `ρ_s` are together above 1 has no form in it; its
-    /// Beckmann lobe is Ward's Gaussian but for the masking.
+    /// It cannot express reflectances above 1, so that a material whose largest `ρ_d` and largest
+    /// `ρ_s` are together above 1 has no form in it; its Beckmann lobe is Ward's Gaussian but for
+    /// the masking.
     Mitsuba,
     /// Radiance's primitives `plastic` and `metal` (`.rad`, `.mat`), whose roughness is Ward's σ.
     ///
-    /// It cannot express a coloured highlight of another colour than the body: `plastic` has a white one, `metal` one of the body's colour.
+    /// It cannot express a coloured highlight of another colour than the body: `plastic` has a
+    /// white one, `metal` one of the body's colour.
     Radiance,
 }
 
@@ -90,8 +96,9 @@ pub struct Exported {
 
 /// Reads the materials of a text.
 ///
-/// Reflectances are linear and of Rec. 709's primaries, as all three formats have them. The width of a lobe of any distribution is taken as Ward's σ: Beckmann's
-/// α is the same number, and of GGX's a [`Note`] says so. A reflectance that rises towards grazing is taken along the normal.
+/// Reflectances are linear and of Rec. 709's primaries, as all three formats have them. The width
+/// of a lobe of any distribution is taken as Ward's σ: Beckmann's α is the same number, and of
+/// GGX's a [`Note`] says so. A reflectance that rises towards grazing is taken along the normal.
 ///
 /// # Errors
 /// [`Error::Contents`] where the text is not of the format or a number in it is outside its domain.
@@ -180,7 +187,8 @@ impl Found {
         });
     }
 
-    /// Adds a material by its albedos along the normal and its width; `gains` of a material above 1 is noted and it is scaled to 1.
+    /// Adds a material by its albedos along the normal and its width; `gains` of a material above 1
+    /// is noted and it is scaled to 1.
     fn add(
         &mut self,
         name: String,

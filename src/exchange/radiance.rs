@@ -1,7 +1,8 @@
 //! Radiance's primitives.
 //!
-//! `modifier type identifier`, then three lists, of words, of whole numbers and of numbers, each after its length; `#` begins a comment. Ward Larson and
-//! Shakespeare 1998, *Rendering with Radiance*; `plastic` and `metal` have the numbers R G B, specularity, roughness.
+//! `modifier type identifier`, then three lists, of words, of whole numbers and of numbers, each
+//! after its length; `#` begins a comment. Ward Larson and Shakespeare 1998, *Rendering with
+//! Radiance*; `plastic` and `metal` have the numbers R G B, specularity, roughness.
 
 use super::{Format, Found, Loss, Note, contents, largest};
 use crate::reflectance::Material;

@@ -19,7 +19,8 @@ pub enum Continuation {
     HalfTurn,
     /// B = 0 behind.
     Zero,
-    /// B(−n) = B(n). Every odd degree of such a field is zero, so features of odd degrees refuse it.
+    /// B(−n) = B(n). Every odd degree of such a field is zero, so features of odd degrees refuse
+    /// it.
     Antipodal,
 }
 

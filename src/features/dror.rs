@@ -5,8 +5,9 @@ use crate::error::check_count;
 use crate::illumination::Luminance;
 use crate::{Error, Result};
 
-/// The nine-tap quadrature mirror filter of Simoncelli and Adelson (1990, *Subband transforms*, in *Subband Image Coding*), which Dror's
-/// pyramid uses: the low-pass half, symmetric about its first value.
+/// The nine-tap quadrature mirror filter of Simoncelli and Adelson (1990, *Subband transforms*, in
+/// *Subband Image Coding*), which Dror's pyramid uses: the low-pass half, symmetric about its first
+/// value.
 const LOW: [f64; 5] = [
     0.797_393_4,
     0.414_725_45,
@@ -20,16 +21,18 @@ const SCALES: usize = 4;
 
 /// The features by which Dror, Adelson and Willsky tell materials apart.
 ///
-/// After *Recognition of surface reflectance properties from a single image under unknown real-world illumination* (MIT AI
-/// memo 2001-033): the picture, unwrapped onto rings about the line of sight and divided by its mean luminance, and its
-/// bands in a separable quadrature-mirror pyramid, round along the rings and mirrored across them. The features are
+/// After *Recognition of surface reflectance properties from a single image under unknown
+/// real-world illumination* (MIT AI memo 2001-033): the picture, unwrapped onto rings about the
+/// line of sight and divided by its mean luminance, and its bands in a separable quadrature-mirror
+/// pyramid, round along the rings and mirrored across them. The features are
 ///
 /// - of the luminance: ln of the variance, skewness, ln of the kurtosis, ln of the 10th, 50th and 90th percentile;
 /// - of each of four scales and three orientations (along the rings, across them, both): ln of the variance and ln of the kurtosis;
 /// - ln R/G and ln B/G of the mean, since the paper's rival features have colour too, and, where the exposure is known, ln of
 ///   the mean luminance.
 ///
-/// Which percentiles, moments and bands are in the final set is not printed in one place; these are all that the memo names.
+/// Which percentiles, moments and bands are in the final set is not printed in one place; these are
+/// all that the memo names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrorFeatures {
     /// The statistics, free of exposure.
@@ -42,7 +45,8 @@ impl DrorFeatures {
     /// The features of an unwrapped picture.
     ///
     /// # Errors
-    /// [`Error::Black`] for a black picture, [`Error::TooFew`] for a picture that is black or smaller than 16 × 16 once unwrapped.
+    /// [`Error::Black`] for a black picture, [`Error::TooFew`] for a picture that is black or
+    /// smaller than 16 × 16 once unwrapped.
     pub fn of(picture: &Unwrapped) -> Result<Self> {
         let mean = picture.mean();
         let luminance = Luminance::Rec709.of(mean);
@@ -103,7 +107,8 @@ fn moments(values: &[f64]) -> [f64; 3] {
     ]
 }
 
-/// Every second value of the low-pass filtered and of the high-pass filtered line; `at` gives the line beyond its ends.
+/// Every second value of the low-pass filtered and of the high-pass filtered line; `at` gives the
+/// line beyond its ends.
 fn halve(length: usize, at: impl Fn(isize) -> f64) -> (Vec<f64>, Vec<f64>) {
     let filtered = |centre: isize, alternate: bool| {
         let mut sum = LOW[0] * at(centre);
@@ -160,7 +165,8 @@ fn halve_across(field: &[f64], rows: usize, columns: usize) -> (Vec<f64>, Vec<f6
 mod tests {
     use super::*;
 
-    /// The low band carries a constant with a gain of √2 a direction, the high band does not see it.
+    /// The low band carries a constant with a gain of √2 a direction, the high band does not see
+    /// it.
     #[test]
     fn filters_split_the_line() {
         let (low, high) = halve(32, |_| 1.0);

@@ -10,8 +10,8 @@ use crate::{Error, Result};
 /// Rings (and columns) of the grid of normals for each degree of the spectrum.
 ///
 /// A 128² image of a sphere resolves degrees to about 200 at its centre. Gauss–Legendre analysis
-/// with n rings keeps degree l free of the field's degrees below 2n − l, so with four rings a degree
-/// what is analysed up to 64 is free of everything that such an image resolves.
+/// with n rings keeps degree l free of the field's degrees below 2n − l, so with four rings a
+/// degree what is analysed up to 64 is free of everything that such an image resolves.
 const OVERSAMPLING: usize = 4;
 
 /// The power of an image's degrees, and of its colour.
@@ -28,8 +28,8 @@ pub struct ImagePower {
 /// The image is read as a field over the sphere of normals: a pixel shows the radiance that leaves
 /// the point with normal n. Its visible half is sampled bilinearly on a Gauss–Legendre grid whose
 /// pole looks into the camera (normals past the last pixel of the rim take the rim's), the other
-/// half is filled by the [`Continuation`], and the field is analysed into real orthonormal harmonics.
-/// A power spectrum does not depend on how the grid is turned.
+/// half is filled by the [`Continuation`], and the field is analysed into real orthonormal
+/// harmonics. A power spectrum does not depend on how the grid is turned.
 ///
 /// Immutable; share it between threads.
 #[derive(Debug, Clone)]
@@ -92,11 +92,12 @@ impl ImageSpectrum {
         })
     }
 
-    /// The power of the field over all normals, the front from one image and the back from another, whose camera stands opposite
-    /// and as upright: what one image and a continuation stand for.
+    /// The power of the field over all normals, the front from one image and the back from another,
+    /// whose camera stands opposite and as upright: what one image and a continuation stand for.
     ///
     /// # Errors
-    /// Those of [`power`](Self::power), and [`Error::NotOpposite`] when the cameras are not opposite or not equally upright.
+    /// Those of [`power`](Self::power), and [`Error::NotOpposite`] when the cameras are not
+    /// opposite or not equally upright.
     pub fn whole_power(&self, front: &SphereImage, back: &SphereImage) -> Result<ImagePower> {
         let (one, other) = (front.camera(), back.camera());
         let apart = (one.towards() + other.towards())
@@ -156,7 +157,8 @@ impl ImageSpectrum {
         Ok((luminance, mean))
     }
 
-    /// The luminance on the grid of normals, 0 on the half that is not seen, and the integral of each channel over the other.
+    /// The luminance on the grid of normals, 0 on the half that is not seen, and the integral of
+    /// each channel over the other.
     fn seen(&self, image: &SphereImage) -> Result<(Vec<f64>, [f64; 3])> {
         let (rings, columns) = (self.grid.rings(), self.grid.columns());
         let sampler = Sampler::new(image)?;
@@ -203,8 +205,8 @@ impl<'a> Sampler<'a> {
         Ok(sampler)
     }
 
-    /// The radiance at the normal (x, y, z) of the camera's frame, z ≥ 0; past what the camera sees,
-    /// the rim's.
+    /// The radiance at the normal (x, y, z) of the camera's frame, z ≥ 0; past what the camera
+    /// sees, the rim's.
     fn at(&self, x: f64, y: f64, z: f64) -> [f64; 3] {
         let magnification = match self.image.camera().distance() {
             None => 1.0,

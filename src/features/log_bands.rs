@@ -10,8 +10,8 @@ use crate::{Error, Result};
 /// The logarithm of radiance is taken of no less than this share of the picture's mean.
 const FLOOR: f64 = 1e-3;
 
-/// What is added to a band's mean square before its logarithm is taken: an amplitude of 10⁻³, which is what interpolation
-/// between the pixels of a 128² picture leaves in the highest bands.
+/// What is added to a band's mean square before its logarithm is taken: an amplitude of 10⁻³, which
+/// is what interpolation between the pixels of a 128² picture leaves in the highest bands.
 const FAINTEST: f64 = 1e-6;
 
 /// The first order or radial frequency of each band, and the end of the last.
@@ -25,9 +25,10 @@ const PERCENTILES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
 
 /// The plan of the features of log radiance of one view.
 ///
-/// Light is far nearer to Gaussian in its logarithm (Dror, Willsky and Adelson 2004, doi:10.1167/4.9.11), and the exposure
-/// is a constant there. The sphere is unwrapped onto rings; along a ring log radiance splits into orders m, across rings
-/// into cosines k. A surface damps high m and k, a plastic's white highlight over a coloured body leaves a trace in the
+/// Light is far nearer to Gaussian in its logarithm (Dror, Willsky and Adelson 2004,
+/// doi:10.1167/4.9.11), and the exposure is a constant there. The sphere is unwrapped onto rings;
+/// along a ring log radiance splits into orders m, across rings into cosines k. A surface damps
+/// high m and k, a plastic's white highlight over a coloured body leaves a trace in the
 /// chromaticity where a metal's does not. The features are
 ///
 /// - ln (E + 10⁻⁶), E the mean square per value in each band of (m, k), of three fields: ln luminance, ln R/G, ln B/G;
@@ -39,9 +40,11 @@ const PERCENTILES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
 ///   with the steps of ln R/G and ln B/G;
 /// - eight percentiles of ln luminance over the mean luminance.
 ///
-/// Saturated is what comes within 2.6 % of the picture's largest value, which is where codes of 8 bits end.
+/// Saturated is what comes within 2.6 % of the picture's largest value, which is where codes of 8
+/// bits end.
 ///
-/// Exposure changes none of them; a turn of the camera about its axis only as far as pixels are square.
+/// Exposure changes none of them; a turn of the camera about its axis only as far as pixels are
+/// square.
 #[derive(Debug, Clone)]
 pub struct LogBands {
     layout: RingLayout,
@@ -98,7 +101,8 @@ impl LogBands {
     /// The features.
     ///
     /// # Errors
-    /// [`Error::Black`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
+    /// [`Error::Black`] for a black picture; [`Error::Length`] for one that was unwrapped for
+    /// another layout.
     pub fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
         let fields = log_fields(picture)?;
         let amplitudes = Modes::of(picture, &self.layout, fields.of())?;
@@ -142,7 +146,8 @@ impl LogBands {
     }
 }
 
-/// The mean squares over a picture of the cosines k of an order: its `amplitudes` over the rings are the cosine ones and, past order 0, the sine ones.
+/// The mean squares over a picture of the cosines k of an order: its `amplitudes` over the rings
+/// are the cosine ones and, past order 0, the sine ones.
 pub(super) fn energies_of_order(basis: &DMatrix<f64>, m: usize, amplitudes: &[f64]) -> Vec<f64> {
     let rings = basis.nrows();
     let share = if m == 0 { 1.0 } else { 0.5 } / rings as f64;
@@ -204,7 +209,8 @@ fn tints(picture: &Unwrapped, fields: &[[f64; 3]]) -> Vec<f64> {
     features
 }
 
-/// The shape of the distribution of steps of log luminance, and how they go with those of the chromaticities.
+/// The shape of the distribution of steps of log luminance, and how they go with those of the
+/// chromaticities.
 fn steps(fields: &[[f64; 3]], columns: usize) -> Vec<f64> {
     let rings = fields.len() / columns;
     let (mut shapes, mut correlations) = (Vec::new(), Vec::new());

@@ -18,22 +18,27 @@ const LEVELS: [f64; 9] = [0.002, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 0.95, 0.99];
 /// Those of a channel's ratio over the luminance's.
 const COLOUR_LEVELS: [f64; 3] = [0.01, 0.05, 0.3];
 
-/// Below this share of the irradiance a ratio is that share; below this share of its mean irradiance is that share.
+/// Below this share of the irradiance a ratio is that share; below this share of its mean
+/// irradiance is that share.
 const FAINTEST: f64 = 1e-3;
 
 /// The plan of the features that ask how dark a sphere is where it mirrors the dark.
 ///
-/// Take the picture I for a mirror's: then it shows light from nearly everywhere, and a matte white sphere in that light would show E(n)/π, E the
-/// irradiance from the I that each direction is mirrored in. Of a sphere of albedos ρ_d and ρ_s that mirrors, I = ρ_d E_L/π + ρ_s L, the darkest
-/// I/(E/π) is ρ_d/(ρ_d + ρ_s), or a little more, wherever there is a place to mirror that is dark: a plastic has a floor, a mirror has none. Exposure
-/// and the strength of the light cancel. The ratio is taken of luminance and, for the colour of the floor, of red and of blue.
+/// Take the picture I for a mirror's: then it shows light from nearly everywhere, and a matte white
+/// sphere in that light would show E(n)/π, E the irradiance from the I that each direction is
+/// mirrored in. Of a sphere of albedos ρ_d and ρ_s that mirrors, I = ρ_d E_L/π + ρ_s L, the darkest
+/// I/(E/π) is ρ_d/(ρ_d + ρ_s), or a little more, wherever there is a place to mirror that is dark:
+/// a plastic has a floor, a mirror has none. Exposure and the strength of the light cancel. The
+/// ratio is taken of luminance and, for the colour of the floor, of red and of blue.
 ///
-/// Features: ln of nine percentiles of the luminance's ratio; the correlation of ln I with ln E over the picture, and the slope of that regression;
-/// then, of red and of blue, ln of three percentiles of their ratios over the luminance's.
+/// Features: ln of nine percentiles of the luminance's ratio; the correlation of ln I with ln E
+/// over the picture, and the slope of that regression; then, of red and of blue, ln of three
+/// percentiles of their ratios over the luminance's.
 #[derive(Debug, Clone)]
 pub struct MirroredLight {
     layout: RingLayout,
-    /// For each order, what light on a ring of mirrored directions gives as irradiance on a ring of normals, over π.
+    /// For each order, what light on a ring of mirrored directions gives as irradiance on a ring of
+    /// normals, over π.
     transfers: Vec<DMatrix<f64>>,
 }
 
@@ -54,7 +59,8 @@ impl MirroredLight {
         let rings = angles.len();
         let step = 2.0 * angles[0];
         let mirrored = |angle: f64| angle + layout.viewpoint().view_angle(angle);
-        // A ring stands for the directions half-way to the next; the last for all behind the sphere too.
+        // A ring stands for the directions half-way to the next; the last for all behind the sphere
+        // too.
         let edge = |ring: usize| match ring {
             0 => 1.0,
             ring if ring == rings => -1.0,
@@ -96,7 +102,8 @@ impl MirroredLight {
     /// The features.
     ///
     /// # Errors
-    /// [`Error::Black`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
+    /// [`Error::Black`] for a black picture; [`Error::Length`] for one that was unwrapped for
+    /// another layout.
     pub fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
         let fields = |rgb: [f64; 3]| [Luminance::Rec709.of(rgb), rgb[0], rgb[2]];
         let matte = self.matte(picture, fields)?;
@@ -121,9 +128,11 @@ impl MirroredLight {
         Ok(features)
     }
 
-    /// What a matte white sphere shows of each field at each place of the picture in the light that the picture mirrors.
+    /// What a matte white sphere shows of each field at each place of the picture in the light that
+    /// the picture mirrors.
     ///
-    /// Cut at degree six the irradiance of one lamp goes below 0 on its far side; what is less than a thousandth of the mean is that.
+    /// Cut at degree six the irradiance of one lamp goes below 0 on its far side; what is less than
+    /// a thousandth of the mean is that.
     fn matte(
         &self,
         picture: &Unwrapped,

@@ -20,11 +20,13 @@ const FLOOR: f64 = 1e-3;
 
 /// The plan of needlet statistics of log luminance.
 ///
-/// A needlet coefficient is β_j(ξ) = Σ_l b(l / 2^j) Σ_m a_lm Y_lm(ξ), local in degree and in place; here
-/// b(t) = cos(π/2 · log₂ t) for ½ < t < 2, whose squares sum to 1 over the scales (after Narcowich, Petrushev and Ward 2006,
-/// doi:10.1137/040614359). The a_lm are those of the log luminance over the sphere of normals, the unseen half mirrored. What the mirror does
-/// wrong it does at the rim: a coefficient of scale j counts only where it is farther than π/2^j from there. By scale: ln of the variance, the skewness and
-/// ln of the kurtosis, over the solid angle that counts.
+/// A needlet coefficient is β_j(ξ) = Σ_l b(l / 2^j) Σ_m a_lm Y_lm(ξ), local in degree and in place;
+/// here b(t) = cos(π/2 · log₂ t) for ½ < t < 2, whose squares sum to 1 over the scales (after
+/// Narcowich, Petrushev and Ward 2006, doi:10.1137/040614359). The a_lm are those of the log
+/// luminance over the sphere of normals, the unseen half mirrored. What the mirror does wrong it
+/// does at the rim: a coefficient of scale j counts only where it is farther than π/2^j from there.
+/// By scale: ln of the variance, the skewness and ln of the kurtosis, over the solid angle that
+/// counts.
 #[derive(Debug, Clone)]
 pub struct Needlets {
     spectrum: ImageSpectrum,
@@ -133,7 +135,8 @@ mod tests {
         }
     }
 
-    /// ln B = a P_8(cos θ) is one degree at the centre of scale 3: its needlet coefficients of that scale are itself.
+    /// ln B = a P_8(cos θ) is one degree at the centre of scale 3: its needlet coefficients of that
+    /// scale are itself.
     #[test]
     fn one_degree_is_seen_at_its_scale() {
         let legendre8 = |x: f64| {
@@ -153,7 +156,8 @@ mod tests {
             .collect();
         let image = SphereImage::new(camera, size, pixels).unwrap();
         let features = Needlets::new().unwrap().of(&image).unwrap();
-        // The variance of a P_8 over cos θ in [cos reach, 1], reach = π/2 − π/8, by the midpoint rule.
+        // The variance of a P_8 over cos θ in [cos reach, 1], reach = π/2 − π/8, by the midpoint
+        // rule.
         let low = (FRAC_PI_2 - PI / 8.0).cos();
         let count = 100_000;
         let values: Vec<f64> = (0..count)

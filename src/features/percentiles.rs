@@ -1,6 +1,7 @@
 //! Percentiles without sorting everything.
 
-/// The values at `levels`, which rise: of n values in order that at ⌊level (n − 1)⌋. The values are left in another order.
+/// The values at `levels`, which rise: of n values in order that at ⌊level (n − 1)⌋. The values are
+/// left in another order.
 pub(super) fn percentiles<const N: usize>(values: &mut [f64], levels: [f64; N]) -> [f64; N] {
     let last = values.len().saturating_sub(1);
     let mut done = 0;

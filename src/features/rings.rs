@@ -1,4 +1,5 @@
-//! A picture of a sphere unwrapped onto rings about the line of sight, and the amplitudes of those rings.
+//! A picture of a sphere unwrapped onto rings about the line of sight, and the amplitudes of those
+//! rings.
 
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
@@ -7,8 +8,8 @@ use crate::error::check_count;
 use crate::reflection::{SphereImage, Viewpoint};
 use crate::{Error, Result};
 
-/// Where the rings of a picture lie and how many orders are kept: what the [`Modes`] of a picture and the operator of
-/// its view have in common.
+/// Where the rings of a picture lie and how many orders are kept: what the [`Modes`] of a picture
+/// and the operator of its view have in common.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingLayout {
     viewpoint: Viewpoint,
@@ -17,18 +18,19 @@ pub struct RingLayout {
 }
 
 impl RingLayout {
-    /// The largest distance of a ring from the picture's centre, in radii of the sphere's outline. Pixels farther out
-    /// see the sphere at grazing angles and mix it with what is behind.
+    /// The largest distance of a ring from the picture's centre, in radii of the sphere's outline.
+    /// Pixels farther out see the sphere at grazing angles and mix it with what is behind.
     pub const LARGEST_RADIUS: f64 = 0.96;
 
     /// The most rings, and the largest order.
     pub const MOST: usize = 16384;
 
-    /// `rings` rings, their angles from the axis at equal steps from half a step to where the picture shows them at
-    /// [`Self::LARGEST_RADIUS`], and the orders 0 … `orders`.
+    /// `rings` rings, their angles from the axis at equal steps from half a step to where the
+    /// picture shows them at [`Self::LARGEST_RADIUS`], and the orders 0 … `orders`.
     ///
     /// # Errors
-    /// [`Error::TooFew`] for no ring; [`Error::Domain`] for a camera inside the sphere or more than [`Self::MOST`] rings or orders.
+    /// [`Error::TooFew`] for no ring; [`Error::Domain`] for a camera inside the sphere or more than
+    /// [`Self::MOST`] rings or orders.
     pub fn new(viewpoint: Viewpoint, rings: usize, orders: usize) -> Result<Self> {
         viewpoint.check()?;
         if rings == 0 {
@@ -112,11 +114,11 @@ impl RingLayout {
     }
 }
 
-/// A picture of a sphere unwrapped: one row a ring of a [`RingLayout`], from the axis outwards, and `columns` values a ring,
-/// the first at the picture's right and on towards its top.
+/// A picture of a sphere unwrapped: one row a ring of a [`RingLayout`], from the axis outwards, and
+/// `columns` values a ring, the first at the picture's right and on towards its top.
 ///
-/// Equal steps of the normal's angle are equal steps of the angle at which a mirror sees the light, so that this is
-/// also a map of the light around, as far as the surface mirrors.
+/// Equal steps of the normal's angle are equal steps of the angle at which a mirror sees the light,
+/// so that this is also a map of the light around, as far as the surface mirrors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unwrapped {
     columns: usize,
@@ -124,9 +126,9 @@ pub struct Unwrapped {
 }
 
 impl Unwrapped {
-    /// Reads the picture on the rings by bilinear interpolation between pixel centres; where one of the four
-    /// misses the sphere the others stand for it. Columns: the least power of two, 64 or more, that carries the orders
-    /// twice over.
+    /// Reads the picture on the rings by bilinear interpolation between pixel centres; where one of
+    /// the four misses the sphere the others stand for it. Columns: the least power of two, 64 or
+    /// more, that carries the orders twice over.
     ///
     /// # Errors
     /// A picture so small that a ring meets no pixel.
@@ -167,7 +169,8 @@ impl Unwrapped {
         &self.values
     }
 
-    /// The mean of each channel over the values, which weighs the middle of the picture more than its pixels do.
+    /// The mean of each channel over the values, which weighs the middle of the picture more than
+    /// its pixels do.
     pub fn mean(&self) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for value in &self.values {
@@ -179,17 +182,19 @@ impl Unwrapped {
     }
 }
 
-/// The amplitudes of one channel: on ring r, value(φ) = Σ_m c_m,r cos mφ + s_m,r sin mφ, φ from the picture's right
-/// towards its top.
+/// The amplitudes of one channel: on ring r, value(φ) = Σ_m c_m,r cos mφ + s_m,r sin mφ, φ from the
+/// picture's right towards its top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Modes {
     rings: usize,
-    /// The cosine amplitudes of order 0, of order 1, its sine amplitudes, those of order 2, …; each over the rings.
+    /// The cosine amplitudes of order 0, of order 1, its sine amplitudes, those of order 2, …; each
+    /// over the rings.
     values: Vec<f64>,
 }
 
 impl Modes {
-    /// The amplitudes, to the layout's last order, of each value of `of` over the unwrapped picture.
+    /// The amplitudes, to the layout's last order, of each value of `of` over the unwrapped
+    /// picture.
     ///
     /// # Errors
     /// [`Error::Length`] for a picture that was unwrapped for another layout.
@@ -244,8 +249,8 @@ impl Modes {
         Ok(modes)
     }
 
-    /// Amplitudes that are known: those of order 0, the cosine and the sine ones of order 1, of order 2, …, each over the
-    /// rings from the axis outwards.
+    /// Amplitudes that are known: those of order 0, the cosine and the sine ones of order 1, of
+    /// order 2, …, each over the rings from the axis outwards.
     ///
     /// # Errors
     /// [`Error::Length`] unless there are [`RingLayout::len`] of them.

@@ -11,13 +11,15 @@ use crate::illumination::Luminance;
 use crate::reflectance::lambert;
 use crate::{Error, Result};
 
-/// The degrees of shading: a matte surface keeps no odd one above the first, and of degree 14 a five-hundredth of what it keeps of degree 0.
+/// The degrees of shading: a matte surface keeps no odd one above the first, and of degree 14 a
+/// five-hundredth of what it keeps of degree 0.
 const DEGREES: [usize; 8] = [0, 1, 2, 4, 6, 8, 10, 12];
 
 /// The last of them.
 const LAST: usize = DEGREES[DEGREES.len() - 1];
 
-/// What an amplitude may be off shading for no reason, over the mean: interpolation between pixels, degrees above the last.
+/// What an amplitude may be off shading for no reason, over the mean: interpolation between pixels,
+/// degrees above the last.
 const NOISE: f64 = 1e-3;
 
 /// The first radial frequency of each band, and the end of the last.
@@ -37,16 +39,20 @@ const SMALL: f64 = 1e-3;
 
 /// The plan of the features of what no matte sphere can show.
 ///
-/// Under any light a Lambertian sphere shows Σ A_l L_lm Y_lm(n), A_l = 0 for odd l above 1 and falling as l^(−5/2) (Basri and Jacobs 2003,
-/// doi:10.1109/TPAMI.2003.1177153). So of luminance y over its mean, unwrapped onto rings at the normals' angles θ and split into orders m, the part
+/// Under any light a Lambertian sphere shows Σ A_l L_lm Y_lm(n), A_l = 0 for odd l above 1 and
+/// falling as l^(−5/2) (Basri and Jacobs 2003, doi:10.1109/TPAMI.2003.1177153). So of luminance y
+/// over its mean, unwrapped onto rings at the normals' angles θ and split into orders m, the part
 ///
-/// s_m = S_m (S_mᵀ S_m + ν² 1)⁻¹ S_mᵀ y_m,  (S_m)_rl = A_l P̄_lm(cos θ_r)/max(l, 1),  l ∈ {0, 1, 2, 4, 6, 8, 10, 12},  ν = 10⁻³,
+/// s_m = S_m (S_mᵀ S_m + ν² 1)⁻¹ S_mᵀ y_m,  (S_m)_rl = A_l P̄_lm(cos θ_r)/max(l, 1),  l ∈ {0, 1, 2,
+/// 4, 6, 8, 10, 12},  ν = 10⁻³,
 ///
-/// is the shading that is likeliest if light has a power of l⁻² an order, and r = y − s is what the sphere mirrors: of a matte one nothing, however strong
-/// the contrast of the light; of a glossy plastic its gloss without its body; of a metal all but what is smooth.
+/// is the shading that is likeliest if light has a power of l⁻² an order, and r = y − s is what the
+/// sphere mirrors: of a matte one nothing, however strong the contrast of the light; of a glossy
+/// plastic its gloss without its body; of a metal all but what is smooth.
 ///
-/// Features: ln (E + 10⁻⁸), E the mean square of r in bands of ten orders m and three radial frequencies k, as in [`LogBands`](super::LogBands); the skewness
-/// of r and ln of its kurtosis; and eight percentiles p of r/max(s, 0.05), as arsinh(1000 p).
+/// Features: ln (E + 10⁻⁸), E the mean square of r in bands of ten orders m and three radial
+/// frequencies k, as in [`LogBands`](super::LogBands); the skewness of r and ln of its kurtosis;
+/// and eight percentiles p of r/max(s, 0.05), as arsinh(1000 p).
 ///
 /// Exposure changes none of them. What is saturated or noise is taken for gloss.
 #[derive(Debug, Clone)]
@@ -101,7 +107,8 @@ impl ShadingResidual {
     /// The features.
     ///
     /// # Errors
-    /// [`Error::Black`] for a black picture; [`Error::Length`] for one that was unwrapped for another layout.
+    /// [`Error::Black`] for a black picture; [`Error::Length`] for one that was unwrapped for
+    /// another layout.
     pub fn of(&self, picture: &Unwrapped) -> Result<Vec<f64>> {
         let mean = Luminance::Rec709.of(picture.mean());
         if mean.is_nan() || mean <= 0.0 {

@@ -10,14 +10,16 @@ use crate::{Error, Result};
 /// The largest degree.
 const DEGREE: usize = 64;
 
-/// Bands of degrees: those of v1 (0 … 2) and of the windows of v3 … v6, and what lies between and beyond.
+/// Bands of degrees: those of v1 (0 … 2) and of the windows of v3 … v6, and what lies between and
+/// beyond.
 const EDGES: [usize; 9] = [0, 3, 5, 9, 15, 25, 35, 45, 65];
 
 /// The plan of the paper's features from an unbiased spectrum.
 ///
-/// The image is masked with a soft edge instead of continued, and the coupling of degrees by the mask is undone over bands
-/// ([`Coupling::decouple`]). A hemisphere cannot tell neighbouring degrees apart, so v2, the ratio of neighbours, has no
-/// unbiased counterpart. The features are ln of the power of each band over the total, no less than 10⁻⁹, and ln of B_0 of each channel.
+/// The image is masked with a soft edge instead of continued, and the coupling of degrees by the
+/// mask is undone over bands ([`Coupling::decouple`]). A hemisphere cannot tell neighbouring
+/// degrees apart, so v2, the ratio of neighbours, has no unbiased counterpart. The features are ln
+/// of the power of each band over the total, no less than 10⁻⁹, and ln of B_0 of each channel.
 #[derive(Debug, Clone)]
 pub struct UnbiasedBands {
     spectrum: ImageSpectrum,

@@ -10,7 +10,8 @@ use super::{Problem, linear_of_srgb};
 pub(crate) struct Coded {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// Linear radiance of Rec. 709; the largest code of a channel is 1, before other primaries are converted.
+    /// Linear radiance of Rec. 709; the largest code of a channel is 1, before other primaries are
+    /// converted.
     pub(crate) pixels: Vec<[f64; 3]>,
     pub(crate) mask: Option<Vec<f64>>,
     /// The linear value of a code of 252/255.
@@ -57,7 +58,8 @@ impl Space {
         })
     }
 
-    /// Those of an ICC profile that says red, green and blue by three curves and a matrix, or grey by one.
+    /// Those of an ICC profile that says red, green and blue by three curves and a matrix, or grey
+    /// by one.
     pub(super) fn of_profile(bytes: &[u8], grey: bool) -> Result<Self, Problem> {
         let refused = |what: &str| {
             Problem::new(

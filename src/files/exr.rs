@@ -56,13 +56,15 @@ fn unread(compression: Compression) -> Option<&'static str> {
     }
 }
 
-/// No compression of the format holds more bytes of pixels than this in a byte of file: deflate's limit is 1032, the others' less.
+/// No compression of the format holds more bytes of pixels than this in a byte of file: deflate's
+/// limit is 1032, the others' less.
 const MOST_EXPANSION: usize = 2048;
 
-/// The first layer that has red, green and blue, luminance and chroma, or luminance alone, in its display window.
+/// The first layer that has red, green and blue, luminance and chroma, or luminance alone, in its
+/// display window.
 pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Decoded, Problem> {
-    // The crate's decompressors panic on some damaged files (an overflow in B44, for one). They share no state with
-    // anything, so a panic ends here.
+    // The crate's decompressors panic on some damaged files (an overflow in B44, for one). They
+    // share no state with anything, so a panic ends here.
     GUARDED.set(true);
     let decoded = std::panic::catch_unwind(|| decode_unguarded(bytes))
         .unwrap_or_else(|_| Err(Problem::corrupt("its compressed pixels make no sense")));
@@ -226,7 +228,8 @@ struct Canvas {
 }
 
 impl Canvas {
-    /// Black and transparent outside of the data window, and inside of it not a number, until it is drawn.
+    /// Black and transparent outside of the data window, and inside of it not a number, until it is
+    /// drawn.
     fn new(header: &Header, length: usize) -> std::result::Result<Self, Problem> {
         let display = header.shared_attributes.display_window;
         let (width, height) = (display.size.width(), display.size.height());
@@ -323,13 +326,13 @@ pub enum Precision {
     Single,
 }
 
-/// A picture as the bytes of an OpenEXR file: RGB in scan lines, losslessly compressed (ZIP) at the given
-/// precision.
+/// A picture as the bytes of an OpenEXR file: RGB in scan lines, losslessly compressed (ZIP) at the
+/// given precision.
 ///
 /// # Errors
 ///
-/// [`Error::Length`] when there are not `width · height` pixels; [`Error::Encoding`] for a size that the format
-/// cannot hold.
+/// [`Error::Length`] when there are not `width · height` pixels; [`Error::Encoding`] for a size
+/// that the format cannot hold.
 pub fn encode_exr(picture: &Picture, precision: Precision) -> Result<Vec<u8>> {
     crate::error::check_length(
         "the picture",

@@ -1,19 +1,23 @@
 //! Radiance pictures: RGBE and XYZE, flat or run-length encoded.
 //!
-//! The format is that of Ward, *Real Pixels*, Graphics Gems II (1991), and of the *Radiance file formats* manual. A pixel is three
-//! mantissas and a common exponent e: the value is (m + ½) 2^(e − 136), and 0 where e is 0. The half belongs to it:
-//! the encoder cuts, so the middle of the step is the unbiased value. Readers that leave it out are 0.2 % to 0.4 % too dark.
+//! The format is that of Ward, *Real Pixels*, Graphics Gems II (1991), and of the *Radiance file
+//! formats* manual. A pixel is three mantissas and a common exponent e: the value is (m + ½) 2^(e −
+//! 136), and 0 where e is 0. The half belongs to it: the encoder cuts, so the middle of the step is
+//! the unbiased value. Readers that leave it out are 0.2 % to 0.4 % too dark.
 //!
-//! A line of the header counts where it begins with its key, as in Radiance: programs keep the headers of the pictures that theirs was made of, indented,
-//! and what those were multiplied by has been undone. Colours are those of Rec. 709 unless PRIMARIES says others, which are converted. Radiance's own
-//! primaries, which its programs suppose where the line is missing, are the same as a missing line.
+//! A line of the header counts where it begins with its key, as in Radiance: programs keep the
+//! headers of the pictures that theirs was made of, indented, and what those were multiplied by has
+//! been undone. Colours are those of Rec. 709 unless PRIMARIES says others, which are converted.
+//! Radiance's own primaries, which its programs suppose where the line is missing, are the same as
+//! a missing line.
 
 use super::primaries::{Primaries, ToRec709};
 use super::{Picture, Problem, check_size, room};
 
 type Decoded<T> = Result<T, Problem>;
 
-/// CIE XYZ to linear RGB of Radiance's primaries (0.640, 0.330), (0.290, 0.600), (0.150, 0.060) and its white (0.3333, 0.3333).
+/// CIE XYZ to linear RGB of Radiance's primaries (0.640, 0.330), (0.290, 0.600), (0.150, 0.060) and
+/// its white (0.3333, 0.3333).
 const RGB_OF_XYZ: [[f64; 3]; 3] = [
     [
         2.565_619_565_217_391,
@@ -139,7 +143,8 @@ fn line(bytes: &[u8], start: usize) -> Decoded<(&str, usize)> {
     Ok((text.trim_end_matches('\r'), start + length + 1))
 }
 
-/// Whether these bytes are a picture of the format: they begin with `#?`, or, as in old files, a header without it ends in a resolution string.
+/// Whether these bytes are a picture of the format: they begin with `#?`, or, as in old files, a
+/// header without it ends in a resolution string.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
     if bytes.starts_with(b"#?") {
         return true;
@@ -311,7 +316,8 @@ fn take<'a>(rest: &mut &'a [u8], count: usize) -> Decoded<&'a [u8]> {
 
 /// Appends the pixels of one scan line.
 fn scan_line(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded<()> {
-    // The present run-length encoding marks each line with 2, 2 and its length, which no valid pixel is.
+    // The present run-length encoding marks each line with 2, 2 and its length, which no valid
+    // pixel is.
     if let [2, 2, high, low, left @ ..] = *rest
         && (8..=0x7fff).contains(&count)
         && *high < 128
@@ -327,7 +333,8 @@ fn scan_line(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded<
     flat_or_old(rest, count, out)
 }
 
-/// The four components of a line one after the other, each in runs (a count above 128) and literals.
+/// The four components of a line one after the other, each in runs (a count above 128) and
+/// literals.
 fn components(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded<()> {
     // A file can hold a line in no fewer bytes than this, so a short file cannot ask for memory.
     if rest.len() < 8 * count.div_ceil(127) {
@@ -356,7 +363,8 @@ fn components(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded
     Ok(())
 }
 
-/// Pixels of four bytes; 1, 1, 1, n repeats the last pixel n times, times 256 for each such pixel before it.
+/// Pixels of four bytes; 1, 1, 1, n repeats the last pixel n times, times 256 for each such pixel
+/// before it.
 fn flat_or_old(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded<()> {
     let end = out.len() + count;
     let first = out.len();

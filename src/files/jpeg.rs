@@ -1,4 +1,5 @@
-//! JPEG, through the crate `zune-jpeg`, which goes on where a file is damaged: so the scans are walked through first.
+//! JPEG, through the crate `zune-jpeg`, which goes on where a file is damaged: so the scans are
+//! walked through first.
 
 use std::io::Cursor;
 
@@ -46,7 +47,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
     Ok(Coded { exif, ..picture })
 }
 
-/// Whether EXIF says Adobe RGB (1998), as cameras do: colour space "uncalibrated" and the option file R03 of DCF.
+/// Whether EXIF says Adobe RGB (1998), as cameras do: colour space "uncalibrated" and the option
+/// file R03 of DCF.
 fn says_adobe_rgb(exif: &[u8]) -> bool {
     let Ok(exif) = exif::Reader::new().read_raw(exif.to_vec()) else {
         return false;
@@ -64,7 +66,8 @@ struct Component {
     sampling: [usize; 2],
     /// Blocks of 8 × 8 of its own picture, across and down.
     blocks: [usize; 2],
-    /// Of progressive files: a bit for each coefficient of each block, rows of whole units, that is not zero so far.
+    /// Of progressive files: a bit for each coefficient of each block, rows of whole units, that is
+    /// not zero so far.
     nonzero: Vec<u64>,
     stride: usize,
     scanned: bool,
@@ -73,7 +76,8 @@ struct Component {
 /// A Huffman table: for each 16 bits the length and the symbol of the code that they begin with.
 type Table = Vec<(u8, u8)>;
 
-/// A walk through the entropy-coded data of a file, by which what is missing, left over or out of step is found.
+/// A walk through the entropy-coded data of a file, by which what is missing, left over or out of
+/// step is found.
 ///
 /// ITU-T T.81, annexes B, F and G. Nothing is decoded but lengths; the values are the decoder's.
 struct Scans<'a> {

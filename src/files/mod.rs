@@ -1,7 +1,7 @@
 //! Pictures in files: reading and writing linear radiance.
 //!
-//! Nothing here knows of directions: [`illumination`](crate::illumination) makes light of a picture,
-//! [`picture`](crate::picture) finds a sphere in one.
+//! Nothing here knows of directions: [`illumination`](crate::illumination) makes light of a
+//! picture, [`picture`](crate::picture) finds a sphere in one.
 
 mod codes;
 mod exr;
@@ -34,8 +34,9 @@ const MOST_BYTES: u64 = 1 << 31;
 
 /// The most pixels that a reader accepts for a byte of file: 1024.
 ///
-/// Deflate, under OpenEXR's usual compressions and under PNG, makes at most 1032 bytes of one; only a picture of a single colour comes near.
-/// What claims more is refused before anything is allocated for it, so a short file cannot ask for memory: see [`decode`].
+/// Deflate, under OpenEXR's usual compressions and under PNG, makes at most 1032 bytes of one; only
+/// a picture of a single colour comes near. What claims more is refused before anything is
+/// allocated for it, so a short file cannot ask for memory: see [`decode`].
 pub const MOST_PIXELS_PER_BYTE: usize = 1024;
 
 /// A picture of linear radiance, three channels a pixel, as a file holds it.
@@ -45,7 +46,8 @@ pub struct Picture {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Red, green and blue of each pixel, rows from the top, each from the left: `width · height` of them.
+    /// Red, green and blue of each pixel, rows from the top, each from the left: `width · height`
+    /// of them.
     pub pixels: Vec<[f64; 3]>,
 }
 
@@ -115,11 +117,13 @@ fn too_many(width: usize, height: usize) -> Problem {
 
 /// The picture of linear radiance in a file.
 ///
-/// The format is told by the first bytes, not by the name: OpenEXR, Radiance's RGBE and XYZE, and PFM.
+/// The format is told by the first bytes, not by the name: OpenEXR, Radiance's RGBE and XYZE, and
+/// PFM.
 ///
 /// **Colour.** Pixels are linear red, green and blue of Rec. 709. What says that it has other primaries (OpenEXR's `chromaticities`, Radiance's
-/// `PRIMARIES`) is converted, its white adapted to D65 by Bradford's transform; colours that Rec. 709 cannot show lose their parts below zero.
-/// Luminance and chroma (Y, RY, BY) become colour; luminance alone is grey.
+/// `PRIMARIES`) is converted, its white adapted to D65 by Bradford's transform; colours that Rec.
+/// 709 cannot show lose their parts below zero. Luminance and chroma (Y, RY, BY) become colour;
+/// luminance alone is grey.
 ///
 /// **Size.** That of OpenEXR's display window: pixels outside of it are left out, and a file that lacks pixels in it is refused.
 ///
@@ -160,14 +164,15 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 /// The picture of linear radiance in the bytes of a file: [`read`] without the file.
 ///
 /// **Memory.** N bytes take at most 2¹⁵ N bytes and 1 MiB more, whatever they hold. A file that is not packed to the limit of its compression
-/// takes 24 bytes for each pixel, 8 more for alpha, and while OpenEXR is unpacked one block of its own pixels.
+/// takes 24 bytes for each pixel, 8 more for alpha, and while OpenEXR is unpacked one block of its
+/// own pixels.
 ///
 /// **Panics.** None. Where the crate `exr` panics, on some damaged files, that ends here; its message goes to the panic hook first.
 ///
 /// # Errors
 ///
-/// [`Error::Contents`] when the bytes are truncated or corrupt, claim more than [`MOST_PIXELS`] or more than [`MOST_PIXELS_PER_BYTE`], or are of
-/// another format.
+/// [`Error::Contents`] when the bytes are truncated or corrupt, claim more than [`MOST_PIXELS`] or
+/// more than [`MOST_PIXELS_PER_BYTE`], or are of another format.
 ///
 /// ```
 /// // One grey pixel: a portable float map.
@@ -189,7 +194,8 @@ pub(crate) struct Decoded {
     pub(crate) alpha: Option<Vec<f64>>,
     /// How the file says that it shows all directions.
     pub(crate) environment: Option<Environment>,
-    /// What is wrong for who needs all pixels, where the file holds a part of its picture only. The others are black, and transparent.
+    /// What is wrong for who needs all pixels, where the file holds a part of its picture only. The
+    /// others are black, and transparent.
     pub(crate) incomplete: Option<Problem>,
 }
 
@@ -222,7 +228,8 @@ impl Decoded {
     }
 }
 
-/// Room for so many values of a picture: how many is for the file to say, so a lack of memory is an error.
+/// Room for so many values of a picture: how many is for the file to say, so a lack of memory is an
+/// error.
 pub(crate) fn room<T>(count: usize) -> std::result::Result<Vec<T>, Problem> {
     let mut values = Vec::new();
     match values.try_reserve_exact(count) {
@@ -237,7 +244,8 @@ pub(crate) fn room<T>(count: usize) -> std::result::Result<Vec<T>, Problem> {
     }
 }
 
-/// Whether the first bytes are those of a format that [`decode`] reads; an empty file is left to it, too.
+/// Whether the first bytes are those of a format that [`decode`] reads; an empty file is left to
+/// it, too.
 pub(crate) fn is_linear(bytes: &[u8]) -> bool {
     let starts: [&[u8]; 3] = [&exr::MAGIC, b"PF", b"Pf"];
     bytes.is_empty()
@@ -279,7 +287,8 @@ pub(crate) fn decode_codes(bytes: &[u8]) -> Option<std::result::Result<Coded, Pr
     }
 }
 
-/// Writes a file whole or not at all: beside its place first, under a name of this process and call, then moved into it.
+/// Writes a file whole or not at all: beside its place first, under a name of this process and
+/// call, then moved into it.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     static CALLS: AtomicUsize = AtomicUsize::new(0);
     let call = CALLS.fetch_add(1, Ordering::Relaxed);
@@ -288,7 +297,8 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     std::fs::write(&beside, bytes)
         .and_then(|()| std::fs::rename(&beside, path))
         .map_err(|error| {
-            // What was written of it is of no use; that it cannot be removed either changes nothing.
+            // What was written of it is of no use; that it cannot be removed either changes
+            // nothing.
             let _ = std::fs::remove_file(&beside);
             Error::file(
                 path,

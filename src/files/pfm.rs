@@ -1,6 +1,8 @@
-//! Portable float maps: `PF` (colour), `Pf` (grey) or `PF4` (colour and alpha), single precision of either endianness, rows from the bottom.
+//! Portable float maps: `PF` (colour), `Pf` (grey) or `PF4` (colour and alpha), single precision of
+//! either endianness, rows from the bottom.
 //!
-//! The sign of the scale in the header tells the endianness (negative is little-endian); its absolute value multiplies the values.
+//! The sign of the scale in the header tells the endianness (negative is little-endian); its
+//! absolute value multiplies the values.
 
 use super::{Decoded, Picture, Problem, check_size, room};
 

@@ -8,7 +8,8 @@ use super::codes::{Coded, Curve, Space};
 use super::primaries::Primaries;
 use super::{MOST_PIXELS, Problem, check_size};
 
-/// Deflate makes at most 1032 bytes of one; a little more than that counts for what stands around it.
+/// Deflate makes at most 1032 bytes of one; a little more than that counts for what stands around
+/// it.
 const MOST_EXPANSION: usize = 1040;
 
 fn problem(error: DecodingError) -> Problem {
@@ -25,7 +26,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
         bytes: 16 * MOST_PIXELS,
     };
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
-    // Palettes become colours, codes of 1, 2 and 4 bits such of 8, and a colour that stands for nothing becomes alpha.
+    // Palettes become colours, codes of 1, 2 and 4 bits such of 8, and a colour that stands for
+    // nothing becomes alpha.
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(problem)?;
     let info = reader.info();
@@ -78,7 +80,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
     Ok(Coded { exif, ..picture })
 }
 
-/// What the codes mean, by the first of cICP, iCCP, sRGB, and gAMA with cHRM that the file has (PNG, third edition, 4.3); sRGB without any.
+/// What the codes mean, by the first of cICP, iCCP, sRGB, and gAMA with cHRM that the file has
+/// (PNG, third edition, 4.3); sRGB without any.
 fn space(info: &Info<'_>, grey: bool) -> Result<Space, Problem> {
     if let Some(points) = info.coding_independent_code_points {
         let code = points.transfer_function;

@@ -16,7 +16,8 @@ pub(crate) struct Primaries {
 /// D65, as ITU-R BT.709 rounds it.
 const D65: [f64; 2] = [0.3127, 0.3290];
 
-/// Chromaticities closer than this are the same: what files round to, and far less than any two colour spaces differ by.
+/// Chromaticities closer than this are the same: what files round to, and far less than any two
+/// colour spaces differ by.
 const SAME: f64 = 1e-3;
 
 /// Cone responses of Bradford's transform (Lam 1985), in rows.
@@ -37,7 +38,8 @@ impl Primaries {
         white: D65,
     };
 
-    /// CIE XYZ, whose numbers are colours by themselves: its white of equal parts is no white that anybody saw.
+    /// CIE XYZ, whose numbers are colours by themselves: its white of equal parts is no white that
+    /// anybody saw.
     const XYZ: Self = Self {
         red: [1.0, 0.0],
         green: [0.0, 1.0],
@@ -96,7 +98,8 @@ impl Primaries {
             && close(self.white, other.white)
     }
 
-    /// Linear RGB to CIE XYZ, white having Y = 1; nothing for chromaticities that make no colour space.
+    /// Linear RGB to CIE XYZ, white having Y = 1; nothing for chromaticities that make no colour
+    /// space.
     fn to_xyz(self) -> Option<Matrix3<f64>> {
         let column = |[x, y]: [f64; 2]| Vector3::new(x, y, 1.0 - x - y);
         let directions =
@@ -115,8 +118,8 @@ impl Primaries {
         Ok([matrix[(1, 0)], matrix[(1, 1)], matrix[(1, 2)]])
     }
 
-    /// The way to Rec. 709 with its white, D65, to which other whites are adapted by Bradford's transform, but for CIE XYZ, which has none; nothing
-    /// where the two are the same.
+    /// The way to Rec. 709 with its white, D65, to which other whites are adapted by Bradford's
+    /// transform, but for CIE XYZ, which has none; nothing where the two are the same.
     pub(crate) fn to_rec709(self) -> Result<Option<ToRec709>, Problem> {
         if self.is(&Self::REC709) {
             return Ok(None);
@@ -177,7 +180,8 @@ impl ToRec709 {
         })
     }
 
-    /// The pixel in Rec. 709. What it cannot show has parts below zero, which are set to zero where the pixel had none.
+    /// The pixel in Rec. 709. What it cannot show has parts below zero, which are set to zero where
+    /// the pixel had none.
     pub(crate) fn apply(&self, pixel: [f64; 3]) -> [f64; 3] {
         let [red, green, blue] = pixel;
         let seen = self.0.map(|[r, g, b]| r * red + g * green + b * blue);

@@ -1,8 +1,9 @@
 //! Eight maps side by side, one in each lane.
 //!
-//! With rings in the lanes, as the transform of one map has them, every analysis ends in sums across lanes, and every map waits for the
-//! coefficients of the recurrence. Many maps do better with a map in each lane: the recurrence is worked out once for eight maps, into a
-//! table that the nearest cache holds, and what remains is the product of that table with eight maps' sums.
+//! With rings in the lanes, as the transform of one map has them, every analysis ends in sums
+//! across lanes, and every map waits for the coefficients of the recurrence. Many maps do better
+//! with a map in each lane: the recurrence is worked out once for eight maps, into a table that the
+//! nearest cache holds, and what remains is the product of that table with eight maps' sums.
 
 use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
@@ -16,7 +17,8 @@ use super::transform::{Plan, load_quad};
 use super::work::Rows;
 
 impl Plan {
-    /// Lines of the sums of eight maps between the two stages: a quad for each order and pair of rings.
+    /// Lines of the sums of eight maps between the two stages: a quad for each order and pair of
+    /// rings.
     fn sums_of_eight(&self) -> usize {
         4 * (self.orders + 1) * self.recurrence.octets.len() * LANES
     }
@@ -25,7 +27,8 @@ impl Plan {
     pub(super) fn eight_lines(&self) -> usize {
         let steps = self.recurrence.steps(0).len();
         let parts = 4 * self.recurrence.octets.len() * LANES;
-        // The sums by step, the columns of cosines and sines, the table of the recurrence for four octets; the weighted sums of rings.
+        // The sums by step, the columns of cosines and sines, the table of the recurrence for four
+        // octets; the weighted sums of rings.
         let order = 4 * steps + 4 * steps + 4 * steps + parts;
         self.sums_of_eight() + order.max(self.rows_len())
     }

@@ -5,7 +5,8 @@ use crate::{Error, Result};
 
 /// How many coefficients there are of degrees 0 … `degree` and orders |m| ≤ `orders`.
 ///
-/// `(degree + 1)²` where `orders` ≥ `degree`. What `usize` does not hold comes out as its largest value, as long as which no array is.
+/// `(degree + 1)²` where `orders` ≥ `degree`. What `usize` does not hold comes out as its largest
+/// value, as long as which no array is.
 ///
 /// ```
 /// use lobes::harmonics::coefficient_count;
@@ -63,7 +64,8 @@ impl Coefficients {
     /// All zero, with all orders.
     ///
     /// # Panics
-    /// Where there is no memory for (degree + 1)² numbers: [`try_zeros`](Self::try_zeros) says so in an error.
+    /// Where there is no memory for (degree + 1)² numbers: [`try_zeros`](Self::try_zeros) says so
+    /// in an error.
     pub fn zeros(degree: usize) -> Self {
         Self::zeros_with_orders(degree, degree)
     }
@@ -79,7 +81,8 @@ impl Coefficients {
         }
     }
 
-    /// All zero, with the orders |m| ≤ `orders` only (at most `degree`), for a degree that comes from outside.
+    /// All zero, with the orders |m| ≤ `orders` only (at most `degree`), for a degree that comes
+    /// from outside.
     ///
     /// ```
     /// use lobes::{Error, harmonics::Coefficients};
@@ -158,8 +161,8 @@ impl Coefficients {
         Ok(())
     }
 
-    /// Where f_lm is in [`as_slice`](Self::as_slice), or `None` where it is not stored: |m| > l, l beyond the degree, |m| beyond
-    /// the orders.
+    /// Where f_lm is in [`as_slice`](Self::as_slice), or `None` where it is not stored: |m| > l, l
+    /// beyond the degree, |m| beyond the orders.
     pub fn index(&self, l: usize, m: isize) -> Option<usize> {
         let order = m.unsigned_abs();
         if l > self.degree || order > self.orders || order > l {
@@ -244,7 +247,8 @@ impl Coefficients {
         other
     }
 
-    /// Σ f_lm² = ∫ f² dω (Parseval); infinite where it passes the largest number, as from coefficients beyond 10¹⁵⁴.
+    /// Σ f_lm² = ∫ f² dω (Parseval); infinite where it passes the largest number, as from
+    /// coefficients beyond 10¹⁵⁴.
     pub fn energy(&self) -> f64 {
         self.values.iter().map(|v| v * v).sum()
     }

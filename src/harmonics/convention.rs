@@ -22,7 +22,8 @@ pub enum Normalisation {
 }
 
 impl Normalisation {
-    /// What an orthonormal coefficient of degree l is multiplied by: the inverse of the factor of the basis function.
+    /// What an orthonormal coefficient of degree l is multiplied by: the inverse of the factor of
+    /// the basis function.
     fn factor(self, l: usize) -> f64 {
         match self {
             Self::Orthonormal => 1.0,
@@ -130,8 +131,9 @@ impl Coefficients {
         Ok(f)
     }
 
-    /// The complex coefficients a_lm, m ≥ 0, of f = Σ a_lm Y_lm over all m, where a_l,−m is ā_lm, times (−1)^m with the Condon–Shortley
-    /// phase. By order, l = m … degree contiguous, as ducc0 and healpy store them.
+    /// The complex coefficients a_lm, m ≥ 0, of f = Σ a_lm Y_lm over all m, where a_l,−m is ā_lm,
+    /// times (−1)^m with the Condon–Shortley phase. By order, l = m … degree contiguous, as ducc0
+    /// and healpy store them.
     ///
     /// ```
     /// use lobes::harmonics::{Coefficients, Convention};
@@ -158,11 +160,12 @@ impl Coefficients {
         out
     }
 
-    /// From complex coefficients as [`to_complex`](Self::to_complex) gives them. The imaginary parts of a_l0 must be 0: a real function has
-    /// none.
+    /// From complex coefficients as [`to_complex`](Self::to_complex) gives them. The imaginary
+    /// parts of a_l0 must be 0: a real function has none.
     ///
     /// # Errors
-    /// [`Error::Length`] unless there are (degree + 1)(degree + 2)/2 of them; [`Error::Domain`] where an a_l0 is not real.
+    /// [`Error::Length`] unless there are (degree + 1)(degree + 2)/2 of them; [`Error::Domain`]
+    /// where an a_l0 is not real.
     pub fn from_complex(
         degree: usize,
         convention: Convention,
@@ -198,7 +201,8 @@ impl Coefficients {
     }
 }
 
-/// How many coefficients of orders m ≥ 0 there are: (degree + 1)(degree + 2)/2, or the largest `usize` where that is beyond it.
+/// How many coefficients of orders m ≥ 0 there are: (degree + 1)(degree + 2)/2, or the largest
+/// `usize` where that is beyond it.
 fn complex_count(degree: usize) -> usize {
     let l = degree as u128;
     saturated((l + 1).saturating_mul(l + 2) / 2)

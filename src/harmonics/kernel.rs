@@ -120,8 +120,9 @@ fn synthesise_steps<
     }
 }
 
-/// Σ_k p_k · sums for `MAPS` maps on `WIDTH` octets; `sums[k]` from [`Recurrence::prepare`](super::recurrence::Recurrence::prepare),
-/// `out[map][octet]`. The octets nearer the pole enter later: until the first of the first half does, the others go alone.
+/// Σ_k p_k · sums for `MAPS` maps on `WIDTH` octets; `sums[k]` from
+/// [`Recurrence::prepare`](super::recurrence::Recurrence::prepare), `out[map][octet]`. The octets
+/// nearer the pole enter later: until the first of the first half does, the others go alone.
 #[inline(always)]
 fn synthesise_block<
     S: Simd,
@@ -215,8 +216,9 @@ fn analyse_steps<
     }
 }
 
-/// Adds Σ over rings of p_k · parts to `sums[k / 2]`, four for each of two steps, for `MAPS` maps on `WIDTH` octets;
-/// `parts[map][octet]` are even cosine, even sine, odd cosine · x, odd sine · x, weighted.
+/// Adds Σ over rings of p_k · parts to `sums[k / 2]`, four for each of two steps, for `MAPS` maps
+/// on `WIDTH` octets; `parts[map][octet]` are even cosine, even sine, odd cosine · x, odd sine · x,
+/// weighted.
 #[inline(always)]
 fn analyse_block<
     S: Simd,
@@ -279,7 +281,8 @@ fn weigh<S: Simd, const FROM: usize, const WIDTH: usize>(
     totals
 }
 
-/// p_k on the octets of a block, `table[k][octet]`, and from which step on each octet's are not all zero.
+/// p_k on the octets of a block, `table[k][octet]`, and from which step on each octet's are not all
+/// zero.
 #[inline(always)]
 fn tabulate<S: Simd, const WIDTH: usize, const POLES: usize>(
     simd: S,
@@ -307,7 +310,8 @@ fn tabulate<S: Simd, const WIDTH: usize, const POLES: usize>(
     begins
 }
 
-/// How many rings, or steps, the product of eight maps takes at once: as many as the registers hold sums of.
+/// How many rings, or steps, the product of eight maps takes at once: as many as the registers hold
+/// sums of.
 const TILE: usize = 4;
 
 /// Σ_k p_k · sums of eight maps, a lane a map, on the rings of a block: `out[ring]`.
@@ -359,7 +363,8 @@ fn synthesise_block_of_eight<
     }
 }
 
-/// Adds Σ over the rings of a block of p_k · parts, `parts[ring]`, to `sums[k]` of eight maps, a lane a map.
+/// Adds Σ over the rings of a block of p_k · parts, `parts[ring]`, to `sums[k]` of eight maps, a
+/// lane a map.
 #[inline(always)]
 fn analyse_block_of_eight<S: Simd, const WIDTH: usize, const _HALF: usize, const POLES: usize>(
     simd: S,
@@ -420,8 +425,8 @@ fn analyse_tile<S: Simd, const STEPS: usize, const WIDTH: usize>(
     }
 }
 
-/// Runs a kernel on every block of octets. Where `$halved`, four octets go as twice two; vectors of fewer lanes than an octet have room
-/// for one octet only.
+/// Runs a kernel on every block of octets. Where `$halved`, four octets go as twice two; vectors of
+/// fewer lanes than an octet have room for one octet only.
 macro_rules! over_blocks {
     ($kernel:ident $(<$maps:ident>)?, $halved:expr, $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:expr) => {
         for block in &$recurrence.blocks {
@@ -508,7 +513,8 @@ pub(crate) fn analyse<S: Simd, const MAPS: usize>(
     over_blocks!(analyse_block<MAPS>, false, simd, recurrence, m, parts, sums);
 }
 
-/// Synthesis of eight maps at order m, see [`synthesise_block_of_eight`]: their sums by ring, and a table to work in.
+/// Synthesis of eight maps at order m, see [`synthesise_block_of_eight`]: their sums by ring, and a
+/// table to work in.
 #[inline(always)]
 pub(crate) fn synthesise_eight<S: Simd>(
     simd: S,
@@ -528,7 +534,8 @@ pub(crate) fn synthesise_eight<S: Simd>(
     );
 }
 
-/// Analysis of eight maps at order m, see [`analyse_block_of_eight`]: their sums by step, and a table to work in.
+/// Analysis of eight maps at order m, see [`analyse_block_of_eight`]: their sums by step, and a
+/// table to work in.
 #[inline(always)]
 pub(crate) fn analyse_eight<S: Simd>(
     simd: S,

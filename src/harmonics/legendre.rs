@@ -8,8 +8,8 @@ use crate::{Error, Result};
 /// The largest degree of a [`column()`].
 pub const MAX_COLUMN_DEGREE: usize = 1 << 20;
 
-/// P_l(x) for l = 0 … `out.len()` − 1, by Bonnet's recurrence in its difference form, which keeps its digits
-/// near x = 1 too: (l+1)(P_{l+1} − P_l) = l (P_l − P_{l−1}) − (2l+1)(1−x) P_l.
+/// P_l(x) for l = 0 … `out.len()` − 1, by Bonnet's recurrence in its difference form, which keeps
+/// its digits near x = 1 too: (l+1)(P_{l+1} − P_l) = l (P_l − P_{l−1}) − (2l+1)(1−x) P_l.
 ///
 /// |x| ≤ 1 is assumed; beyond it the polynomials grow as they must.
 ///
@@ -30,13 +30,15 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
     }
 }
 
-/// P̄_lm(cos θ) for l = m … `degree`, the factor of [Y_l^m](super) that depends on θ: √2 included for m > 0.
+/// P̄_lm(cos θ) for l = m … `degree`, the factor of [Y_l^m](super) that depends on θ: √2 included
+/// for m > 0.
 ///
-/// `out` has `degree + 1 − m` values. Takes (cos θ, sin θ) and not cos θ alone, because √(1 − cos²θ) loses the
-/// poles. Values below the smallest double come out as 0; nothing overflows.
+/// `out` has `degree + 1 − m` values. Takes (cos θ, sin θ) and not cos θ alone, because √(1 −
+/// cos²θ) loses the poles. Values below the smallest double come out as 0; nothing overflows.
 ///
 /// # Errors
-/// [`Error::Degree`] beyond [`MAX_COLUMN_DEGREE`]; [`Error::Length`] unless `out` has `degree + 1 − m` values; `m > degree` asks for none.
+/// [`Error::Degree`] beyond [`MAX_COLUMN_DEGREE`]; [`Error::Length`] unless `out` has `degree + 1 −
+/// m` values; `m > degree` asks for none.
 ///
 /// ```
 /// use lobes::harmonics::legendre;

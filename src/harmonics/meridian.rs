@@ -1,10 +1,12 @@
 //! Quadrature along meridians for equiangular rings, exact to as many degrees as there are rings.
 //!
-//! Weights on n equiangular rings integrate polynomials of degree n − 1, so the products of two harmonics of degree (n − 1)/2 only. But
-//! along a meridian and its continuation over the poles, a circle of N points, a function of order m and P̄_lm are trigonometric
-//! polynomials of degrees up to K = N/2 − 1, both even or both odd, and ∫₀^π f P̄ sin θ dθ is half of ∮ f P̄ |sin θ| dθ. What P̄ sees of
-//! f |sin θ| is its projection G to degrees up to K, and ∮ G P̄ dθ is a sum over the N points, exactly. G comes by Fourier transforms:
-//! f on 2N points, times |sin θ| cut off at degree 2K, and back.
+//! Weights on n equiangular rings integrate polynomials of degree n − 1, so the products of two
+//! harmonics of degree (n − 1)/2 only. But along a meridian and its continuation over the poles, a
+//! circle of N points, a function of order m and P̄_lm are trigonometric polynomials of degrees up
+//! to K = N/2 − 1, both even or both odd, and ∫₀^π f P̄ sin θ dθ is half of ∮ f P̄ |sin θ| dθ. What
+//! P̄ sees of f |sin θ| is its projection G to degrees up to K, and ∮ G P̄ dθ is a sum over the N
+//! points, exactly. G comes by Fourier transforms: f on 2N points, times |sin θ| cut off at degree
+//! 2K, and back.
 
 use std::f64::consts::PI;
 
@@ -74,8 +76,8 @@ impl Meridian {
         (last - ring) % self.points
     }
 
-    /// The values of G on the rings, for the eight orders from `first` or as many as `sums` has: `sums[octet · stride + i]` and
-    /// `out[octet · 8 + i]` belong to order `first + i`.
+    /// The values of G on the rings, for the eight orders from `first` or as many as `sums` has:
+    /// `sums[octet · stride + i]` and `out[octet · 8 + i]` belong to order `first + i`.
     #[inline(always)]
     pub(crate) fn project<S: Simd>(
         &self,

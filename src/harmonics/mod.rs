@@ -1,7 +1,8 @@
 //! Real spherical harmonics: Legendre functions, coefficients, transforms, rotation and spectra.
 //!
 //! Everything here lives in the harmonic frame: the pole on +z, θ from the pole, φ = atan2(y, x).
-//! The harmonics are real, orthonormal over the sphere (∫ Y² dω = 1), without the Condon–Shortley phase:
+//! The harmonics are real, orthonormal over the sphere (∫ Y² dω = 1), without the Condon–Shortley
+//! phase:
 //!
 //! Y_l^m = P̄_lm(cos θ) cos mφ for m ≥ 0 and P̄_l|m|(cos θ) sin |m|φ for m < 0, with
 //! P̄_lm = √(2 − δ_m0) √((2l+1)/4π · (l−m)!/(l+m)!) P_l^m, P_l^m ≥ 0 near the north pole.

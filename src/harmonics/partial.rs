@@ -1,10 +1,12 @@
 //! Spectra from part of a sphere.
 //!
-//! The harmonics of a masked field w f are not those of f: the mask couples degrees. In the mean over fields of one spectrum the coupling is
-//! linear: ⟨B̃_l⟩ = Σ_l′ M_ll′ B_l′, M_ll′ = (2l′+1)/4π Σ_L (2L+1) W_L (l l′ L; 0 0 0)², where B is the average power and W that of the
-//! mask (Hivon et al. 2002, *MASTER of the CMB anisotropy power spectrum*, doi:10.1086/338126). Inverting M over bands of degrees gives
-//! the spectrum of the whole sphere without bias, which no continuation behind the mask does. The mean of estimated over true power for 600
-//! Gaussian fields of B_l = (l+1)^−2.3 seen on a hemisphere (`cargo test --test library harmonics_partial -- --nocapture`):
+//! The harmonics of a masked field w f are not those of f: the mask couples degrees. In the mean
+//! over fields of one spectrum the coupling is linear: ⟨B̃_l⟩ = Σ_l′ M_ll′ B_l′, M_ll′ = (2l′+1)/4π
+//! Σ_L (2L+1) W_L (l l′ L; 0 0 0)², where B is the average power and W that of the mask (Hivon et
+//! al. 2002, *MASTER of the CMB anisotropy power spectrum*, doi:10.1086/338126). Inverting M over
+//! bands of degrees gives the spectrum of the whole sphere without bias, which no continuation
+//! behind the mask does. The mean of estimated over true power for 600 Gaussian fields of B_l =
+//! (l+1)^−2.3 seen on a hemisphere (`cargo test --test library harmonics_partial -- --nocapture`):
 //!
 //! | degrees | 0 … 1 | 2 … 3 | 4 … 7 | 8 … 15 | 16 … 31 | 32 … 40 |
 //! | --- | --- | --- | --- | --- | --- | --- |
@@ -26,7 +28,8 @@ use crate::{Error, Result};
 /// The largest degree of a [`Coupling`].
 pub const MAX_COUPLING_DEGREE: usize = 1024;
 
-/// The largest [`Coupling::condition`] that [`Coupling::decouple`] answers: a relative error of 1 % becomes one of up to 10 %.
+/// The largest [`Coupling::condition`] that [`Coupling::decouple`] answers: a relative error of 1 %
+/// becomes one of up to 10 %.
 pub const MAX_CONDITION: f64 = 10.0;
 
 /// A mask that depends on the angle θ from the pole only.
@@ -38,7 +41,8 @@ pub enum Mask {
         /// Where it ends.
         radius: f64,
     },
-    /// 1 for θ < `inner`, falling as cos² to 0 at `outer`. In radians. The soft edge couples distant degrees far less.
+    /// 1 for θ < `inner`, falling as cos² to 0 at `outer`. In radians. The soft edge couples
+    /// distant degrees far less.
     Apodised {
         /// Where it begins to fall.
         inner: f64,
@@ -77,7 +81,8 @@ impl Mask {
         Ok(())
     }
 
-    /// Its zonal coefficients w_l0 = 2π ∫ w P̄_l0 sin θ dθ, l = 0 … degree, by quadrature on each piece: exact to rounding.
+    /// Its zonal coefficients w_l0 = 2π ∫ w P̄_l0 sin θ dθ, l = 0 … degree, by quadrature on each
+    /// piece: exact to rounding.
     fn zonal(self, degree: usize) -> Result<Vec<f64>> {
         let (inner, outer) = match self {
             Self::Cap { radius } => (radius, radius),
@@ -94,7 +99,8 @@ impl Mask {
                 allowed: "between 0 and π, the inner edge within the outer",
             });
         }
-        // The integrand oscillates as cos lθ: degree + 20 nodes a piece resolve it with digits to spare.
+        // The integrand oscillates as cos lθ: degree + 20 nodes a piece resolve it with digits to
+        // spare.
         let rule = Rule::gauss_legendre(degree + 20)?;
         let mut zonal = vec![0.0; degree + 1];
         let mut p = vec![0.0; degree + 1];
@@ -131,7 +137,8 @@ impl Coupling {
     /// The matrix M_ll′ for l, l′ = 0 … degree.
     ///
     /// # Errors
-    /// [`Error::Degree`] beyond [`MAX_COUPLING_DEGREE`]; [`Error::Domain`] for edges that are not in order or not in 0 … π.
+    /// [`Error::Degree`] beyond [`MAX_COUPLING_DEGREE`]; [`Error::Domain`] for edges that are not
+    /// in order or not in 0 … π.
     pub fn new(mask: Mask, degree: usize) -> Result<Self> {
         if degree > MAX_COUPLING_DEGREE {
             return Err(Error::Degree {
@@ -178,9 +185,10 @@ impl Coupling {
 
     /// The power of the whole sphere in bands of degrees, from the power of the masked field.
     ///
-    /// Band b holds the degrees `edges[b] .. edges[b + 1]`; within it the power is taken as `shape(l)` times one unknown, which is what comes
-    /// back. Power beyond the last edge is taken as none. The smaller the mask, the less it tells neighbouring degrees apart, and the wider the
-    /// bands have to be: see [`narrowest_bands`](Self::narrowest_bands).
+    /// Band b holds the degrees `edges[b] .. edges[b + 1]`; within it the power is taken as
+    /// `shape(l)` times one unknown, which is what comes back. Power beyond the last edge is taken
+    /// as none. The smaller the mask, the less it tells neighbouring degrees apart, and the wider
+    /// the bands have to be: see [`narrowest_bands`](Self::narrowest_bands).
     ///
     /// ```
     /// use lobes::{Error, harmonics::{Coupling, Mask}};
@@ -196,9 +204,10 @@ impl Coupling {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] unless there is a value for each degree; [`Error::NotFinite`] where one is not finite; [`Error::Domain`] for edges that
-    /// do not ascend or pass the degree, and for a shape that is negative, not finite or zero throughout a band; [`Error::IllConditioned`] where
-    /// the [`condition`](Self::condition) is above [`MAX_CONDITION`].
+    /// [`Error::Length`] unless there is a value for each degree; [`Error::NotFinite`] where one is
+    /// not finite; [`Error::Domain`] for edges that do not ascend or pass the degree, and for a
+    /// shape that is negative, not finite or zero throughout a band; [`Error::IllConditioned`]
+    /// where the [`condition`](Self::condition) is above [`MAX_CONDITION`].
     pub fn decouple(
         &self,
         masked: &[f64],
@@ -225,9 +234,10 @@ impl Coupling {
         }
     }
 
-    /// By how much [`decouple`](Self::decouple) multiplies errors: where the power follows the shape, a relative error ε of each band of the
-    /// masked power becomes one of up to this times ε. It is the condition number, in the maximum norm, of the matrix of the bands, its rows scaled to
-    /// a sum of 1; infinite where they cannot be told apart at all. 1 without a mask.
+    /// By how much [`decouple`](Self::decouple) multiplies errors: where the power follows the
+    /// shape, a relative error ε of each band of the masked power becomes one of up to this times
+    /// ε. It is the condition number, in the maximum norm, of the matrix of the bands, its rows
+    /// scaled to a sum of 1; infinite where they cannot be told apart at all. 1 without a mask.
     ///
     /// # Errors
     /// [`Error::Domain`], as for [`decouple`](Self::decouple).
@@ -235,8 +245,9 @@ impl Coupling {
         Ok(condition(&self.of_bands(edges, &shape)?))
     }
 
-    /// The width of the narrowest bands, equally wide and from degree 0 on, whose [`condition`](Self::condition) is at most
-    /// [`MAX_CONDITION`]; the last one takes what is left over. About 180° over the radius of a cap.
+    /// The width of the narrowest bands, equally wide and from degree 0 on, whose
+    /// [`condition`](Self::condition) is at most [`MAX_CONDITION`]; the last one takes what is left
+    /// over. About 180° over the radius of a cap.
     ///
     /// ```
     /// use lobes::harmonics::{Coupling, Mask};
@@ -304,7 +315,8 @@ fn mean(edges: &[usize], band: usize, of: impl Fn(usize) -> f64) -> f64 {
     sum / weight
 }
 
-/// ‖R⁻¹‖ in the maximum norm, R the matrix with rows scaled to a sum of 1. Its elements are not negative, so that ‖R‖ is 1.
+/// ‖R⁻¹‖ in the maximum norm, R the matrix with rows scaled to a sum of 1. Its elements are not
+/// negative, so that ‖R‖ is 1.
 fn condition(matrix: &DMatrix<f64>) -> f64 {
     let mut scaled = matrix.clone();
     for mut row in scaled.row_iter_mut() {
@@ -329,8 +341,8 @@ fn condition(matrix: &DMatrix<f64>) -> f64 {
 
 /// (l l′ L; 0 0 0)² for L = |l − l′|, |l − l′| + 2, … l + l′; l ≥ l′.
 ///
-/// With n = l + l′ + L = 2g the square is (2g−2l)!(2g−2l′)!(2g−2L)!/(2g+1)! [g!/((g−l)!(g−l′)!(g−L)!)]²: from L to L + 2 the ratio
-/// is rational.
+/// With n = l + l′ + L = 2g the square is (2g−2l)!(2g−2l′)!(2g−2L)!/(2g+1)!
+/// [g!/((g−l)!(g−l′)!(g−L)!)]²: from L to L + 2 the ratio is rational.
 fn squares_of_three_j(l: usize, other: usize) -> impl Iterator<Item = f64> {
     // L = l − l′: (l l′ L)² = C(2l′, l′) [l!…]: by the ratio from l′ = 0, where it is 1/(2l+1).
     let mut first = 1.0 / (2 * l + 1) as f64;

@@ -22,7 +22,8 @@ pub const MAX_BASIS_DEGREE: usize = 2048;
 /// Beyond this degree the recurrence runs in double-double arithmetic.
 const DOUBLE_DEGREE: usize = 48;
 
-/// The values are carried multiplied by this, so that no P̄_mm that matters later underflows: the smallest, at m = 2048/e, is 10⁻³²⁷.
+/// The values are carried multiplied by this, so that no P̄_mm that matters later underflows: the
+/// smallest, at m = 2048/e, is 10⁻³²⁷.
 const SCALE: f64 = (1u128 << 127) as f64 * (1u128 << 127) as f64 * (1u128 << 127) as f64;
 
 /// As near the pole as this a direction is the pole: no value changes by more.
@@ -33,10 +34,12 @@ const CHUNK: usize = 8 * LANES;
 
 /// All harmonics up to a degree at any directions: a plan, immutable and shared by cloning.
 ///
-/// P̄_lm = α_l p_l with p_{l+1} = a_l cos θ p_l − p_{l−1}, carried as differences: D_{l+1} = D_l + (a_l − 2 − a_l (1 − cos θ)) p_l,
-/// p_{l+1} = p_l + D_{l+1}, from the pole of the direction's own hemisphere. 1 − cos θ, sin θ and the azimuth's sine and
-/// cosine come from the Cartesian direction in double-double, so that no pole loses digits; beyond degree 48 the recurrence is in
-/// double-double too. Each value is within 16 ε √((2l+1)/4π) for l ≤ 45 and 64 ε √((2l+1)/4π) for l ≤ 2047.
+/// P̄_lm = α_l p_l with p_{l+1} = a_l cos θ p_l − p_{l−1}, carried as differences: D_{l+1} = D_l +
+/// (a_l − 2 − a_l (1 − cos θ)) p_l, p_{l+1} = p_l + D_{l+1}, from the pole of the direction's own
+/// hemisphere. 1 − cos θ, sin θ and the azimuth's sine and cosine come from the Cartesian direction
+/// in double-double, so that no pole loses digits; beyond degree 48 the recurrence is in
+/// double-double too. Each value is within 16 ε √((2l+1)/4π) for l ≤ 45 and 64 ε √((2l+1)/4π) for l
+/// ≤ 2047.
 ///
 /// ```
 /// use lobes::{Parallelism, glam::DVec3, harmonics::Basis};
@@ -127,13 +130,14 @@ impl Basis {
         coefficient_count(self.0.degree, self.0.degree)
     }
 
-    /// Every Y_l^m at each direction of the harmonic frame: `out[direction · count + index]`, the index that of [`Coefficients`].
+    /// Every Y_l^m at each direction of the harmonic frame: `out[direction · count + index]`, the
+    /// index that of [`Coefficients`].
     ///
     /// Directions need not be of unit length. At a pole the azimuth is 0.
     ///
     /// # Errors
-    /// [`Error::Length`] unless `out` has directions × [`count`](Self::count) values; [`Error::Domain`] for a direction of no or of
-    /// infinite length.
+    /// [`Error::Length`] unless `out` has directions × [`count`](Self::count) values;
+    /// [`Error::Domain`] for a direction of no or of infinite length.
     pub fn values(
         &self,
         directions: &[DVec3],
@@ -151,7 +155,8 @@ impl Basis {
         over_chunks(parallelism, out, CHUNK * count, |chunk, out| {
             let directions = &directions[chunk * CHUNK..];
             for (out, directions) in out.chunks_mut(LANES * count).zip(directions.chunks(LANES)) {
-                // One pass in order brings the rows into the cache: they are written eight at a time, which memory takes badly.
+                // One pass in order brings the rows into the cache: they are written eight at a
+                // time, which memory takes badly.
                 out.fill(0.0);
                 wide!(tables.level, simd => {
                     let octet = Octet::new(simd, directions);
@@ -166,9 +171,10 @@ impl Basis {
         Ok(())
     }
 
-    /// Every Y_l^m at each direction and its gradient on the unit sphere: `values` as of [`values`](Self::values), and
-    /// `gradients[(3 direction + axis) · count + index]` the components of the tangent vector whose product with a small step is the
-    /// change of the value. (sphericart's layout, but for the index.)
+    /// Every Y_l^m at each direction and its gradient on the unit sphere: `values` as of
+    /// [`values`](Self::values), and `gradients[(3 direction + axis) · count + index]` the
+    /// components of the tangent vector whose product with a small step is the change of the value.
+    /// (sphericart's layout, but for the index.)
     ///
     /// # Errors
     /// As [`values`](Self::values); `gradients` has three times as many numbers as `values`.
@@ -223,9 +229,10 @@ impl Basis {
     /// Σ f_lm Y_l^m at each direction.
     ///
     /// # Errors
-    /// [`Error::Length`] where the set has another degree than the basis, or `out` not one value a direction; [`Error::Domain`] for a
-    /// direction of no or of infinite length; [`Error::NotFinite`] where a coefficient is not finite, [`Error::Overflow`] where they are and a sum
-    /// is not.
+    /// [`Error::Length`] where the set has another degree than the basis, or `out` not one value a
+    /// direction; [`Error::Domain`] for a direction of no or of infinite length;
+    /// [`Error::NotFinite`] where a coefficient is not finite, [`Error::Overflow`] where they are
+    /// and a sum is not.
     pub fn sums(
         &self,
         coefficients: &Coefficients,
@@ -261,8 +268,8 @@ impl Basis {
         }
     }
 
-    /// Σ f_lm Y_l^m and its gradient on the unit sphere at each direction: the value, and the tangent vector whose product with a small
-    /// step is the change of the value.
+    /// Σ f_lm Y_l^m and its gradient on the unit sphere at each direction: the value, and the
+    /// tangent vector whose product with a small step is the change of the value.
     ///
     /// # Errors
     /// As [`sums`](Self::sums).
@@ -331,12 +338,12 @@ impl std::fmt::Debug for Basis {
     }
 }
 
-/// Every Y_l^m, l ≤ `degree`, at one direction of the harmonic frame, in the order of [`Coefficients`]: [`Basis::values`] without a
-/// plan kept.
+/// Every Y_l^m, l ≤ `degree`, at one direction of the harmonic frame, in the order of
+/// [`Coefficients`]: [`Basis::values`] without a plan kept.
 ///
 /// # Errors
-/// [`Error::Length`] unless `out` has (degree + 1)² values; [`Error::Domain`] for a direction of no length; [`Error::Degree`] beyond
-/// [`MAX_BASIS_DEGREE`].
+/// [`Error::Length`] unless `out` has (degree + 1)² values; [`Error::Domain`] for a direction of no
+/// length; [`Error::Degree`] beyond [`MAX_BASIS_DEGREE`].
 pub fn evaluate_all(direction: DVec3, degree: usize, out: &mut [f64]) -> Result<()> {
     Basis::new(degree)?.values(&[direction], out, Parallelism::Sequential)
 }
@@ -370,7 +377,8 @@ fn check_directions(directions: &[DVec3]) -> Result<()> {
     Ok(())
 }
 
-/// α_l α_{l+1} ε_{l+1} = ½, so α² = ¼/(ε² α²) downwards from a value at the top that keeps α from alternating.
+/// α_l α_{l+1} ε_{l+1} = ½, so α² = ¼/(ε² α²) downwards from a value at the top that keeps α from
+/// alternating.
 fn push_steps(m: usize, degree: usize, steps: &mut Vec<Step>) {
     let start = steps.len();
     let zero = Step {
@@ -441,7 +449,8 @@ impl Octet {
         let y = WideDouble { hi: y, lo: zero };
         x.divide(across).store(&mut octet.cos_phi);
         y.divide(across).store(&mut octet.sin_phi);
-        // At a pole the divisions were by zero, and closer to it than this the squares lose their digits.
+        // At a pole the divisions were by zero, and closer to it than this the squares lose their
+        // digits.
         for lane in 0..LANES {
             if coordinates[0][lane].abs().max(coordinates[1][lane].abs()) < POLE {
                 for (field, value) in [
@@ -557,7 +566,8 @@ impl<S: Simd, const EXACT: bool> Column<S, EXACT> {
 /// Eight consecutive values of eight directions.
 type Tile<S> = [f64x8<S>; LANES];
 
-/// Rows of `count` values, the first at `offset` and the others `stride` apart, one for each direction.
+/// Rows of `count` values, the first at `offset` and the others `stride` apart, one for each
+/// direction.
 struct Rows<S: Simd> {
     offset: usize,
     stride: usize,
@@ -577,8 +587,8 @@ impl<S: Simd> Rows<S> {
         }
     }
 
-    /// Writes the first `used` of eight values of each direction from `at` on. Where the row has room all eight are written: what
-    /// follows them is written later.
+    /// Writes the first `used` of eight values of each direction from `at` on. Where the row has
+    /// room all eight are written: what follows them is written later.
     #[inline(always)]
     fn put(&mut self, out: &mut [f64], at: usize, tile: &Tile<S>, used: usize) {
         if at + 2 * LANES > self.count {
@@ -648,7 +658,8 @@ fn put_all<S: Simd>(
 /// The tangent plane at eight directions.
 struct Frame<S: Simd> {
     sin: f64x8<S>,
-    /// The unit vector of growing θ is (south_x, south_y, −sin), that of growing φ (−sin_phi, cos_phi, 0).
+    /// The unit vector of growing θ is (south_x, south_y, −sin), that of growing φ (−sin_phi,
+    /// cos_phi, 0).
     south_x: f64x8<S>,
     south_y: f64x8<S>,
     cos_phi: f64x8<S>,
@@ -656,7 +667,8 @@ struct Frame<S: Simd> {
 }
 
 impl<S: Simd> Frame<S> {
-    /// Values and gradients from q = P̄/sin θ and dP̄/dθ: `along` is the cosine or sine of mφ and `across` its derivative by φ.
+    /// Values and gradients from q = P̄/sin θ and dP̄/dθ: `along` is the cosine or sine of mφ and
+    /// `across` its derivative by φ.
     #[inline(always)]
     fn tiles(
         &self,
@@ -728,7 +740,8 @@ impl Tables {
         rows.finish(out);
     }
 
-    /// Every harmonic of eight directions and its gradient. Columns of P̄/sin θ keep the poles finite.
+    /// Every harmonic of eight directions and its gradient. Columns of P̄/sin θ keep the poles
+    /// finite.
     #[inline(always)]
     fn write_gradients<S: Simd, const EXACT: bool>(
         &self,
@@ -850,7 +863,8 @@ impl Tables {
         total.into()
     }
 
-    /// The sum, its derivative by θ, and its derivative by φ over sin θ. Columns of P̄/sin θ keep the poles finite.
+    /// The sum, its derivative by θ, and its derivative by φ over sin θ. Columns of P̄/sin θ keep
+    /// the poles finite.
     #[inline(always)]
     fn slope<S: Simd, const EXACT: bool>(
         &self,

@@ -1,13 +1,16 @@
-//! The Legendre recurrence of the transform: its tables, its three forms, and where each ring enters it.
+//! The Legendre recurrence of the transform: its tables, its three forms, and where each ring
+//! enters it.
 //!
-//! With x = cos θ, s = sin θ, ε_l = √((l²−m²)/(4l²−1)), two steps of the three-term recurrence at once give, for l = m + 2k,
-//! P̄_lm = α_k p_k with p_{k+1} = t_k p_k − p_{k−1}, t_k = a_k (x² − ε²_{l+1} − ε²_l), a_k = 4 α_k²,
-//! where α_k α_{k−1} ε_l ε_{l−1} = ¼. The odd l − m need no recurrence of their own: Σ s_k P̄_{l+1} = x Σ b_k P̄_l, with b from s by a
-//! recurrence in the coefficients (Ishioka 2018, doi:10.2151/jmsj.2018-019).
+//! With x = cos θ, s = sin θ, ε_l = √((l²−m²)/(4l²−1)), two steps of the three-term recurrence at
+//! once give, for l = m + 2k, P̄_lm = α_k p_k with p_{k+1} = t_k p_k − p_{k−1}, t_k = a_k (x² −
+//! ε²_{l+1} − ε²_l), a_k = 4 α_k², where α_k α_{k−1} ε_l ε_{l−1} = ¼. The odd l − m need no
+//! recurrence of their own: Σ s_k P̄_{l+1} = x Σ b_k P̄_l, with b from s by a recurrence in the
+//! coefficients (Ishioka 2018, doi:10.2151/jmsj.2018-019).
 //!
-//! Rounding in t_k turns the phase of p_k, which goes as cos 2kθ, by ε/sin 2θ a step: on the ring nearest a pole at lmax 2047
-//! that costs five digits. So down to 45° from the pole the differences D_k = p_k − p_{k−1} are carried, D_{k+1} = D_k + (t_k − 2) p_k,
-//! and nearer the equator, where p alternates in sign, the sums S_k = p_k + p_{k−1}, S_{k+1} = (t_k + 2) p_k − S_k; t_k ∓ 2 come
+//! Rounding in t_k turns the phase of p_k, which goes as cos 2kθ, by ε/sin 2θ a step: on the ring
+//! nearest a pole at lmax 2047 that costs five digits. So down to 45° from the pole the differences
+//! D_k = p_k − p_{k−1} are carried, D_{k+1} = D_k + (t_k − 2) p_k, and nearer the equator, where p
+//! alternates in sign, the sums S_k = p_k + p_{k−1}, S_{k+1} = (t_k + 2) p_k − S_k; t_k ∓ 2 come
 //! without cancellation from s² and x².
 
 use std::f64::consts::PI;
@@ -26,8 +29,8 @@ pub(crate) const LANES: usize = 8;
 /// One value for each of eight rings.
 pub(crate) type Lanes = [f64; LANES];
 
-/// What is left out of a map at most, as a part of its rms. Leaving out |P̄_lm| < τ changes no value by more than τ Σ |f_lm| ≤
-/// τ √(4π) (degree + 1) rms.
+/// What is left out of a map at most, as a part of its rms. Leaving out |P̄_lm| < τ changes no
+/// value by more than τ Σ |f_lm| ≤ τ √(4π) (degree + 1) rms.
 const NEGLIGIBLE: f64 = 1e-14;
 
 /// The form of the recurrence that eight rings use.
@@ -57,7 +60,8 @@ pub(crate) struct Block {
     pub(crate) polar: usize,
 }
 
-/// Values with which rings enter the recurrence at step k, a multiple of [`STRIDE`]; zero for the rings that enter elsewhere.
+/// Values with which rings enter the recurrence at step k, a multiple of [`STRIDE`]; zero for the
+/// rings that enter elsewhere.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
     pub(crate) step: usize,
@@ -74,8 +78,9 @@ pub(crate) type Step = [f64; 3];
 pub(crate) const POLAR: usize = 1;
 pub(crate) const EQUATORIAL: usize = 2;
 
-/// What turns coefficients of harmonics into those of the recurrence: α_k, α_k g_k, h_k, where b_k = g_k Σ_{j ≥ k} h_j s_j solves
-/// b_k = (s_k − ε_{l+2} b_{k+1})/ε_{l+1}: g_k = −g_{k+1} ε_{l+2}/ε_{l+1}, h_k = 1/(ε_{l+1} g_k).
+/// What turns coefficients of harmonics into those of the recurrence: α_k, α_k g_k, h_k, where b_k
+/// = g_k Σ_{j ≥ k} h_j s_j solves b_k = (s_k − ε_{l+2} b_{k+1})/ε_{l+1}: g_k = −g_{k+1}
+/// ε_{l+2}/ε_{l+1}, h_k = 1/(ε_{l+1} g_k).
 pub(crate) type Scale = [f64; 3];
 
 /// The tables of all orders on one grid.
@@ -162,14 +167,16 @@ impl Recurrence {
         &self.scales[self.starts[m]..self.starts[m + 1]]
     }
 
-    /// Where the rings of an octet enter order m, by ascending step; none where all of them are negligible throughout.
+    /// Where the rings of an octet enter order m, by ascending step; none where all of them are
+    /// negligible throughout.
     pub(crate) fn entries(&self, m: usize, octet: usize) -> &[Entry] {
         let at = m * self.octets.len() + octet;
         &self.entries[self.entry_starts[at] as usize..self.entry_starts[at + 1] as usize]
     }
 
-    /// The columns of order m as coefficients of x-free sums: `out[k][map] = [α c_even, α s_even, α b_cos, α b_sin]`, from
-    /// `columns[map]`, the cosines and after them as many sines. The maps go side by side, since each b waits for the one before it.
+    /// The columns of order m as coefficients of x-free sums: `out[k][map] = [α c_even, α s_even, α
+    /// b_cos, α b_sin]`, from `columns[map]`, the cosines and after them as many sines. The maps go
+    /// side by side, since each b waits for the one before it.
     #[inline(always)]
     pub(crate) fn prepare<const MAPS: usize>(
         &self,
@@ -198,7 +205,8 @@ impl Recurrence {
         }
     }
 
-    /// The adjoint of [`prepare`](Self::prepare): sums over rings, two steps in each of `sums`, into the columns of order m.
+    /// The adjoint of [`prepare`](Self::prepare): sums over rings, two steps in each of `sums`,
+    /// into the columns of order m.
     #[inline(always)]
     pub(crate) fn finish<const MAPS: usize>(
         &self,
@@ -246,7 +254,8 @@ impl Recurrence {
     }
 }
 
-/// One row of [`Recurrence::prepare`] from two degrees of the cosine and the sine column; `b` is Σ h s of the rows above it.
+/// One row of [`Recurrence::prepare`] from two degrees of the cosine and the sine column; `b` is Σ
+/// h s of the rows above it.
 #[inline(always)]
 fn prepared(&[alpha, g, h]: &Scale, c: [f64; 2], s: [f64; 2], b: &mut [f64; 2]) -> [f64; 4] {
     b[0] += h * c[1];
@@ -254,7 +263,8 @@ fn prepared(&[alpha, g, h]: &Scale, c: [f64; 2], s: [f64; 2], b: &mut [f64; 2]) 
     [alpha * c[0], alpha * s[0], g * b[0], g * b[1]]
 }
 
-/// Two degrees of the cosine and the sine column from one row of sums; `b` is Σ g of the rows below it.
+/// Two degrees of the cosine and the sine column from one row of sums; `b` is Σ g of the rows below
+/// it.
 #[inline(always)]
 fn finished(
     &[alpha, g, h]: &Scale,
@@ -271,8 +281,8 @@ fn padded_steps(degree: usize, m: usize) -> usize {
     ((degree - m) / 2 + 1).next_multiple_of(2)
 }
 
-/// The northern rings in eights, their sines, and blocks of at most `width` of them; the last octet is filled up with rings whose
-/// harmonics all vanish.
+/// The northern rings in eights, their sines, and blocks of at most `width` of them; the last octet
+/// is filled up with rings whose harmonics all vanish.
 fn octets(grid: &Grid, width: usize) -> (Vec<Octet>, Vec<Lanes>, Vec<Block>) {
     let pairs = grid.rings().div_ceil(2);
     let count = pairs.div_ceil(LANES);
@@ -387,10 +397,12 @@ fn push_tables(m: usize, degree: usize, steps: &mut Vec<Step>, scales: &mut Vec<
 /// A lane's true value is mantissa · 2^(400 · exponent), the mantissa within 2^±200 of 1.
 const BIG: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
 
-/// How many steps go between two looks at the size of the values, an even number; one step multiplies them by less than 2^16.
+/// How many steps go between two looks at the size of the values, an even number; one step
+/// multiplies them by less than 2^16.
 const STRIDE: usize = 4;
 
-/// Follows eight rings from k = 0, with exponents of their own, to where each is representable and the first is not negligible.
+/// Follows eight rings from k = 0, with exponents of their own, to where each is representable and
+/// the first is not negligible.
 #[inline(always)]
 fn enter<S: Simd>(
     simd: S,

@@ -1,8 +1,10 @@
-//! The Fourier transforms along rings: sixteen rings at a time, one complex transform for each pair.
+//! The Fourier transforms along rings: sixteen rings at a time, one complex transform for each
+//! pair.
 //!
-//! A lane holds one northern ring as the real part and its southern mirror as the imaginary part, so that one complex transform
-//! serves two real rings and no shuffling is needed inside it. In place, mixed radix, depth first: decimation in frequency forwards
-//! leaves the spectrum permuted, and decimation in time takes it so.
+//! A lane holds one northern ring as the real part and its southern mirror as the imaginary part,
+//! so that one complex transform serves two real rings and no shuffling is needed inside it. In
+//! place, mixed radix, depth first: decimation in frequency forwards leaves the spectrum permuted,
+//! and decimation in time takes it so.
 
 use std::f64::consts::PI;
 
@@ -107,14 +109,16 @@ impl RingFft {
         self.positions.len() + self.stages.iter().map(|s| s.radix).max().unwrap_or(0)
     }
 
-    /// Σ_j z_j e^(−2πi jk/n), in place, the result permuted. `buffer` has [`work_len`](Self::work_len) elements.
+    /// Σ_j z_j e^(−2πi jk/n), in place, the result permuted. `buffer` has
+    /// [`work_len`](Self::work_len) elements.
     #[inline(always)]
     pub(crate) fn forward<S: Simd>(&self, simd: S, buffer: &mut [Element]) {
         let (data, work) = buffer.split_at_mut(self.positions.len());
         self.descend::<S, false>(simd, 0, data, work);
     }
 
-    /// Σ_k z_k e^(+2πi jk/n), in place, from a permuted spectrum. `buffer` has [`work_len`](Self::work_len) elements.
+    /// Σ_k z_k e^(+2πi jk/n), in place, from a permuted spectrum. `buffer` has
+    /// [`work_len`](Self::work_len) elements.
     #[inline(always)]
     pub(crate) fn inverse<S: Simd>(&self, simd: S, buffer: &mut [Element]) {
         let (data, work) = buffer.split_at_mut(self.positions.len());

@@ -15,13 +15,16 @@ use crate::{Error, Parallelism, Result, vectors};
 /// The largest degree of a [`Rotation`].
 pub const MAX_ROTATION_DEGREE: usize = 2048;
 
-/// A plan for rotating coefficients of one degree by any rotation. Immutable; share it by reference.
+/// A plan for rotating coefficients of one degree by any rotation. Immutable; share it by
+/// reference.
 ///
-/// The rotated function is g(ω) = f(R⁻¹ ω). R = Z(α) Y(β) Z(γ) is taken as Z(α + π/2) Q Z(β + π) Q Z(γ + π/2), where Q turns by π/2
-/// about y, so that the only Wigner matrices are d^l(π/2), whatever the angle, however small. Of those, with l growing and the
-/// orders fixed, p_{l+1} = t_l p_l − p_{l−1}, d^l_mm′ = α_l p_l/√(2l+1), t_l = −2 α_l² m m′/(l(l+1)), with α a product of a factor for
-/// m, one for m′ and one for l; nothing is stored that grows as l³. The orders m′ of either parity meet the cosines of one
-/// parity of l and the sines of the other, so one real product does for both signs of m′.
+/// The rotated function is g(ω) = f(R⁻¹ ω). R = Z(α) Y(β) Z(γ) is taken as Z(α + π/2) Q Z(β + π) Q
+/// Z(γ + π/2), where Q turns by π/2 about y, so that the only Wigner matrices are d^l(π/2),
+/// whatever the angle, however small. Of those, with l growing and the orders fixed, p_{l+1} = t_l
+/// p_l − p_{l−1}, d^l_mm′ = α_l p_l/√(2l+1), t_l = −2 α_l² m m′/(l(l+1)), with α a product of a
+/// factor for m, one for m′ and one for l; nothing is stored that grows as l³. The orders m′ of
+/// either parity meet the cosines of one parity of l and the sines of the other, so one real
+/// product does for both signs of m′.
 ///
 /// There and back at degree 1024 is within 10⁻¹³ of coefficients of size 1. Costs O(degree³).
 ///
@@ -95,7 +98,8 @@ impl Rotation {
         }
         let octets = degree / LANES + 1;
         let total = octet_start(degree, octets - 1) + degree + 1 - LANES * (octets - 1);
-        // A(m, l)² A(m, l+1)² (1 − m²/(l+1)²) = 1, downwards from where it hardly alternates; B likewise with l²/(4l²−1) and ¼.
+        // A(m, l)² A(m, l+1)² (1 − m²/(l+1)²) = 1, downwards from where it hardly alternates; B
+        // likewise with l²/(4l²−1) and ¼.
         let squares = |m: usize| -> Vec<DoubleDouble> {
             let f = |l: usize| ((l * l) as f64, (l * l - m * m) as f64);
             let ((n1, d1), (n2, d2)) = (f(degree + 1), f(degree + 2));
@@ -186,12 +190,15 @@ impl Rotation {
         LANES * 2 * HALF_ARRAYS * self.steps.len() + LANES - 1
     }
 
-    /// The coefficients of f(R⁻¹ ω), for a rotation R of the harmonic frame. The quaternion need not be of unit length.
+    /// The coefficients of f(R⁻¹ ω), for a rotation R of the harmonic frame. The quaternion need
+    /// not be of unit length.
     ///
     /// # Errors
-    /// [`Error::Degree`] where the coefficients have another degree than the plan; [`Error::Domain`] for a quaternion of no or of
-    /// infinite length; [`Error::NotFinite`] where a coefficient is not finite, [`Error::Overflow`] where they are and the rotated ones are
-    /// not, which begins at some 10¹¹⁰; [`Error::Memory`] where there is none. Orders cut off by the input come out, as rotation makes them.
+    /// [`Error::Degree`] where the coefficients have another degree than the plan;
+    /// [`Error::Domain`] for a quaternion of no or of infinite length; [`Error::NotFinite`] where a
+    /// coefficient is not finite, [`Error::Overflow`] where they are and the rotated ones are not,
+    /// which begins at some 10¹¹⁰; [`Error::Memory`] where there is none. Orders cut off by the
+    /// input come out, as rotation makes them.
     pub fn rotate(
         &self,
         coefficients: &Coefficients,
@@ -204,11 +211,12 @@ impl Rotation {
         Ok(out)
     }
 
-    /// [`rotate`](Self::rotate) into coefficients of all orders, with at least [`scratch_len`](Self::scratch_len) values of scratch.
-    /// Allocates nothing.
+    /// [`rotate`](Self::rotate) into coefficients of all orders, with at least
+    /// [`scratch_len`](Self::scratch_len) values of scratch. Allocates nothing.
     ///
     /// # Errors
-    /// As [`rotate`](Self::rotate); [`Error::Degree`] and [`Error::Length`] where `out` or the scratch do not fit.
+    /// As [`rotate`](Self::rotate); [`Error::Degree`] and [`Error::Length`] where `out` or the
+    /// scratch do not fit.
     pub fn rotate_into(
         &self,
         coefficients: &Coefficients,
@@ -425,7 +433,8 @@ impl Rotation {
     }
 }
 
-/// The lanes of two vectors interleaved, and the halves added; lanes keep the parity of what they sum.
+/// The lanes of two vectors interleaved, and the halves added; lanes keep the parity of what they
+/// sum.
 #[inline(always)]
 fn fold<S: Simd>(a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
     let (low, high) = a.interleave(b);

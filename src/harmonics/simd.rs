@@ -1,7 +1,8 @@
 //! The choice of vectors at run time.
 
-/// Runs an expression with the widest vectors of the machine: on x86 AVX-512, AVX2 or the baseline, elsewhere what there is.
-/// Like [`fearless_simd::dispatch`], which compiles every level that it knows.
+/// Runs an expression with the widest vectors of the machine: on x86 AVX-512, AVX2 or the baseline,
+/// elsewhere what there is. Like [`fearless_simd::dispatch`], which compiles every level that it
+/// knows.
 macro_rules! wide {
     ($level:expr, $simd:ident => $body:expr) => {{
         let level: fearless_simd::Level = $level;

@@ -8,8 +8,8 @@ use crate::{Error, Result};
 
 /// The average power of each degree, B_l = Σ_m B_lm² / (2l + 1), l = 0 … degree.
 ///
-/// The mean is over all 2l + 1 orders, whether they are stored or not. It is infinite where the sum passes the largest number, as from
-/// coefficients beyond 10¹⁵⁴.
+/// The mean is over all 2l + 1 orders, whether they are stored or not. It is infinite where the sum
+/// passes the largest number, as from coefficients beyond 10¹⁵⁴.
 ///
 /// ```
 /// use lobes::harmonics::{Coefficients, average_power};
@@ -50,7 +50,8 @@ fn products(a: &Coefficients, b: &Coefficients) -> Vec<f64> {
 
 /// Multiplies each degree by its factor: B_lm = factors\[l\] · L_lm.
 ///
-/// For a zonal kernel with coefficients ρ̂_l the factor is Λ_l ρ̂_l, Λ_l = √(4π/(2l+1)): see [`zonal_factor`].
+/// For a zonal kernel with coefficients ρ̂_l the factor is Λ_l ρ̂_l, Λ_l = √(4π/(2l+1)): see
+/// [`zonal_factor`].
 ///
 /// # Errors
 /// [`Error::Length`] unless there is a factor for each degree.
@@ -74,12 +75,12 @@ pub fn convolve_zonal(coefficients: &mut Coefficients, factors: &[f64]) -> Resul
 /// The inverse of [`convolve_zonal`], each degree damped where the factor drowns in noise (Wiener):
 /// L_lm = factor / (factor² + floor²) · B_lm.
 ///
-/// `floor` is the ratio of the noise's to the signal's standard deviation of a coefficient; 0 is the plain inverse, and then
-/// no factor may be 0.
+/// `floor` is the ratio of the noise's to the signal's standard deviation of a coefficient; 0 is
+/// the plain inverse, and then no factor may be 0.
 ///
 /// # Errors
-/// [`Error::Length`] unless there is a factor for each degree; [`Error::Domain`] for a floor that is negative or not finite;
-/// [`Error::NotInvertible`] where a factor and the floor are both 0.
+/// [`Error::Length`] unless there is a factor for each degree; [`Error::Domain`] for a floor that
+/// is negative or not finite; [`Error::NotInvertible`] where a factor and the floor are both 0.
 pub fn deconvolve_zonal(
     coefficients: &mut Coefficients,
     factors: &[f64],

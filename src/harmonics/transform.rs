@@ -21,12 +21,14 @@ use crate::{Error, Parallelism, Result, vectors};
 /// The largest degree of a [`Transform`].
 pub const MAX_DEGREE: usize = 4096;
 
-/// A plan for analysis and synthesis on one grid, to one degree. Immutable, shared by cloning, used by any number of threads.
+/// A plan for analysis and synthesis on one grid, to one degree. Immutable, shared by cloning, used
+/// by any number of threads.
 ///
-/// Synthesis is f(θ, φ) = Σ f_lm Y_l^m at every point; analysis is f_lm = ∫ f Y_l^m dω by the grid's quadrature, exact
-/// for fields of at most this degree. On equiangular rings past [`Grid::max_degree_of_weights`] the quadrature is along meridians, by
-/// Fourier transforms (as in Reinecke, Belkner and Carron 2023, doi:10.1051/0004-6361/202346717, though not resampled to more rings), and
-/// takes about three times as long.
+/// Synthesis is f(θ, φ) = Σ f_lm Y_l^m at every point; analysis is f_lm = ∫ f Y_l^m dω by the
+/// grid's quadrature, exact for fields of at most this degree. On equiangular rings past
+/// [`Grid::max_degree_of_weights`] the quadrature is along meridians, by Fourier transforms (as in
+/// Reinecke, Belkner and Carron 2023, doi:10.1051/0004-6361/202346717, though not resampled to more
+/// rings), and takes about three times as long.
 ///
 /// ```
 /// use lobes::harmonics::{Coefficients, Transform};
@@ -70,8 +72,8 @@ impl Transform {
     /// A plan for the orders |m| ≤ `orders` only.
     ///
     /// # Errors
-    /// [`Error::Degree`] for a degree beyond [`Grid::max_degree_of_rings`] or [`MAX_DEGREE`], or orders beyond
-    /// [`Grid::max_order`].
+    /// [`Error::Degree`] for a degree beyond [`Grid::max_degree_of_rings`] or [`MAX_DEGREE`], or
+    /// orders beyond [`Grid::max_order`].
     pub fn with_orders(grid: &Grid, degree: usize, orders: usize) -> Result<Self> {
         let orders = orders.min(degree);
         for (what, value, limit) in [
@@ -156,8 +158,9 @@ impl Transform {
     /// The map of a coefficient set, `rings × columns`.
     ///
     /// # Errors
-    /// [`Error::Length`] where the set has another degree or other orders than the plan; [`Error::NotFinite`] where a coefficient is not
-    /// finite, [`Error::Overflow`] where they are and the map is not; [`Error::Memory`] where there is none.
+    /// [`Error::Length`] where the set has another degree or other orders than the plan;
+    /// [`Error::NotFinite`] where a coefficient is not finite, [`Error::Overflow`] where they are
+    /// and the map is not; [`Error::Memory`] where there is none.
     pub fn synthesise(&self, coefficients: &Coefficients) -> Result<Vec<f64>> {
         self.check_shape(coefficients)?;
         let mut map = allocate("the map", self.0.grid.len())?;
@@ -175,8 +178,9 @@ impl Transform {
     /// The coefficients of a map, `rings × columns`.
     ///
     /// # Errors
-    /// [`Error::Length`] where the map has not as many values as the grid; [`Error::NotFinite`] where one is not finite,
-    /// [`Error::Overflow`] where all are and a coefficient is not; [`Error::Memory`] where there is none.
+    /// [`Error::Length`] where the map has not as many values as the grid; [`Error::NotFinite`]
+    /// where one is not finite, [`Error::Overflow`] where all are and a coefficient is not;
+    /// [`Error::Memory`] where there is none.
     pub fn analyse(&self, map: &[f64]) -> Result<Coefficients> {
         let mut values = allocate("the coefficients", self.coefficient_count())?;
         let mut scratch = allocate("the scratch", self.scratch_len(1))?;
@@ -195,12 +199,14 @@ impl Transform {
         Ok(())
     }
 
-    /// Synthesis of `batch` coefficient sets, one after the other in `coefficients`, into as many maps, one after the other
-    /// in `maps`. Allocates nothing; `scratch` has at least [`scratch_len`](Self::scratch_len) values.
+    /// Synthesis of `batch` coefficient sets, one after the other in `coefficients`, into as many
+    /// maps, one after the other in `maps`. Allocates nothing; `scratch` has at least
+    /// [`scratch_len`](Self::scratch_len) values.
     ///
     /// # Errors
-    /// [`Error::Length`] for any slice of the wrong length; [`Error::NotFinite`] where a coefficient is not finite and [`Error::Overflow`]
-    /// where they are and a map is not; the maps are then not either.
+    /// [`Error::Length`] for any slice of the wrong length; [`Error::NotFinite`] where a
+    /// coefficient is not finite and [`Error::Overflow`] where they are and a map is not; the maps
+    /// are then not either.
     pub fn synthesise_into(
         &self,
         batch: usize,
@@ -227,12 +233,14 @@ impl Transform {
         }
     }
 
-    /// Analysis of `batch` maps, one after the other in `maps`, into as many coefficient sets, one after the other in
-    /// `coefficients`. Allocates nothing; `scratch` has at least [`scratch_len`](Self::scratch_len) values.
+    /// Analysis of `batch` maps, one after the other in `maps`, into as many coefficient sets, one
+    /// after the other in `coefficients`. Allocates nothing; `scratch` has at least
+    /// [`scratch_len`](Self::scratch_len) values.
     ///
     /// # Errors
-    /// [`Error::Length`] for any slice of the wrong length, [`Error::NotFinite`] where a value of a map is not finite and [`Error::Overflow`] where
-    /// all are and a coefficient is not; the coefficients are then not either.
+    /// [`Error::Length`] for any slice of the wrong length, [`Error::NotFinite`] where a value of a
+    /// map is not finite and [`Error::Overflow`] where all are and a coefficient is not; the
+    /// coefficients are then not either.
     pub fn analyse_into(
         &self,
         batch: usize,
@@ -248,7 +256,8 @@ impl Transform {
         inside_pool(parallelism, || {
             plan.analyse(maps, coefficients, scratch, parallelism);
         });
-        // A sample that is not finite reaches the mean of its map, so only then is the map searched for it.
+        // A sample that is not finite reaches the mean of its map, so only then is the map searched
+        // for it.
         if all_finite(coefficients) {
             Ok(())
         } else {
@@ -499,8 +508,9 @@ impl Plan {
         let mut columns = columns.as_flattened_mut();
         let columns = std::array::from_fn(|map| {
             let column = &sets[map * set_len + start..][..used];
-            // Columns are read backwards. Several sets lie beyond the nearest cache, from where a copy forwards, which processors
-            // foresee, brings them faster; order 0 gets the sines that it lacks.
+            // Columns are read backwards. Several sets lie beyond the nearest cache, from where a
+            // copy forwards, which processors foresee, brings them faster; order 0 gets the sines
+            // that it lacks.
             if MAPS == 1 && m > 0 {
                 return column;
             }
@@ -518,7 +528,8 @@ impl Plan {
         kernel::synthesise(simd, &self.recurrence, m, sums, &mut out);
     }
 
-    /// Eight northern rows and their mirror images from their sums; `sums[m · stride]` is order m's.
+    /// Eight northern rows and their mirror images from their sums; `sums[m · stride]` is order
+    /// m's.
     #[inline(always)]
     pub(super) fn synthesise_rows<S: Simd>(
         &self,
@@ -754,7 +765,8 @@ impl Plan {
         }
     }
 
-    /// Some orders of the coefficients from the sums of all rings, `spectra[(map · octets + octet) · orders + m]`.
+    /// Some orders of the coefficients from the sums of all rings, `spectra[(map · octets + octet)
+    /// · orders + m]`.
     #[inline(always)]
     fn analyse_orders<S: Simd, const MAPS: usize>(
         &self,

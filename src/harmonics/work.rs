@@ -12,8 +12,8 @@ pub(crate) trait Divide: Send + Sized {
     fn divide(self, items: usize) -> (Self, Self);
 }
 
-/// Runs `f(items, piece, scratch)` on parts of `items`, each with its own `share` of the scratch: as many parts as there are shares,
-/// or one on the caller's thread. Allocates nothing.
+/// Runs `f(items, piece, scratch)` on parts of `items`, each with its own `share` of the scratch:
+/// as many parts as there are shares, or one on the caller's thread. Allocates nothing.
 pub(crate) fn divided<P: Divide>(
     parallelism: Parallelism,
     items: Range<usize>,
@@ -82,8 +82,8 @@ impl<T: Send> Divide for Chunks<'_, T> {
 /// Northern rows by lane, and their mirror images; empty where a lane has none.
 pub(crate) type Rows<T> = [[T; LANES]; 2];
 
-/// Eight rows of a map and their mirror images each. The southern rows go from north to south; the equator of an odd number of rings
-/// is a northern row.
+/// Eight rows of a map and their mirror images each. The southern rows go from north to south; the
+/// equator of an odd number of rings is a northern row.
 pub(crate) struct Octets<'a> {
     north: &'a mut [f64],
     south: &'a mut [f64],

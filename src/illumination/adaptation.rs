@@ -15,14 +15,16 @@ const BRADFORD: [[f64; 3]; 3] = [
     [0.0389, -0.0685, 1.0296],
 ];
 
-/// Adaptation of linear BT.709 radiance from one white to another: von Kries' scaling in Bradford's cone responses.
+/// Adaptation of linear BT.709 radiance from one white to another: von Kries' scaling in Bradford's
+/// cone responses.
 ///
-/// With M the matrix from RGB to X, Y, Z, B the one from there to the cones and w, w′ the two whites, the matrix is
-/// (B M)⁻¹ diag(B M w′ / B M w) B M. The luminance of a white is not part of its colour: each is divided by its own
-/// luminance first, so that adapting changes chromaticity and leaves the brightness of a grey.
+/// With M the matrix from RGB to X, Y, Z, B the one from there to the cones and w, w′ the two
+/// whites, the matrix is (B M)⁻¹ diag(B M w′ / B M w) B M. The luminance of a white is not part of
+/// its colour: each is divided by its own luminance first, so that adapting changes chromaticity
+/// and leaves the brightness of a grey.
 ///
-/// The white of a picture is as a rule the mean of its light: [`EnvironmentMap::mean`](super::EnvironmentMap::mean).
-/// Contract: `colorimetry/adaptation`.
+/// The white of a picture is as a rule the mean of its light:
+/// [`EnvironmentMap::mean`](super::EnvironmentMap::mean). Contract: `colorimetry/adaptation`.
 ///
 /// ```
 /// use lobes::illumination::ChromaticAdaptation;
@@ -41,7 +43,8 @@ impl ChromaticAdaptation {
     /// From the white `from` to the white `to`, both linear BT.709 of any brightness.
     ///
     /// # Errors
-    /// [`Error::NoWhite`] for a white that is not finite, or so saturated that a cone does not see it.
+    /// [`Error::NoWhite`] for a white that is not finite, or so saturated that a cone does not see
+    /// it.
     pub fn new(from: [f64; 3], to: [f64; 3]) -> Result<Self> {
         let to_cones = rows(BRADFORD) * xyz_of_rgb();
         let [from, to] = [

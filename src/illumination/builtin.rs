@@ -40,15 +40,15 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
     MAPS.iter().map(|&(name, _)| name)
 }
 
-/// The illuminations that come with the library, sorted by name: seventeen captured places, indoors and
-/// out, as 512×256 maps in the public domain (CC0).
+/// The illuminations that come with the library, sorted by name: seventeen captured places, indoors
+/// and out, as 512×256 maps in the public domain (CC0).
 ///
 /// Where each comes from, and what was done to it, is in `data/illuminations/PROVENANCE.json`.
 ///
 /// # Errors
 ///
-/// None that a caller can cause: the files are part of the library. The result is there because they go
-/// through the same reader as any other file.
+/// None that a caller can cause: the files are part of the library. The result is there because
+/// they go through the same reader as any other file.
 ///
 /// ```
 /// let maps = lobes::illumination::builtin()?;

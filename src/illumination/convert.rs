@@ -15,20 +15,24 @@ const SAMPLES: (usize, usize) = (4, 64);
 impl EnvironmentMap {
     /// The environment map of a picture under any mapping, rows from the top, each from the left.
     ///
-    /// A lat-long picture is taken as it is. Any other is resampled to a lat-long map of about its own resolution: n columns for a
-    /// disc of n pixels across, four times a face's columns for a cross. Each pixel of the map is the mean over its solid angle: of
-    /// n × n points that divide it into equal solid angles, n from 4 to 64 as the picture is denser there, and each
-    /// interpolated bilinearly between the centres of the picture's pixels. Pixels whose centres lie outside the disc or the
-    /// cross are ignored, whatever they hold.
+    /// A lat-long picture is taken as it is. Any other is resampled to a lat-long map of about its
+    /// own resolution: n columns for a disc of n pixels across, four times a face's columns for a
+    /// cross. Each pixel of the map is the mean over its solid angle: of n × n points that divide
+    /// it into equal solid angles, n from 4 to 64 as the picture is denser there, and each
+    /// interpolated bilinearly between the centres of the picture's pixels. Pixels whose centres
+    /// lie outside the disc or the cross are ignored, whatever they hold.
     ///
-    /// Accuracy, measured on fields of range 2 with lobes 30° wide, 192 pixels across: 4e-3 at most and 4e-5 in the mean over the
-    /// sphere, falling with the square of the resolution; but for what is straight behind a mirror ball, where the rim's last half pixel
-    /// holds 2√(2/n) radians. What is smaller than a pixel, such as a lamp, keeps its light to 2 %; in a mirror ball to 5 %.
+    /// Accuracy, measured on fields of range 2 with lobes 30° wide, 192 pixels across: 4e-3 at most
+    /// and 4e-5 in the mean over the sphere, falling with the square of the resolution; but for
+    /// what is straight behind a mirror ball, where the rim's last half pixel holds 2√(2/n)
+    /// radians. What is smaller than a pixel, such as a lamp, keeps its light to 2 %; in a mirror
+    /// ball to 5 %.
     ///
     /// # Errors
     ///
-    /// [`Error::Length`] when `pixels` does not fit the size; [`Error::Domain`] when the picture has not the mapping's
-    /// shape, is smaller than 4 pixels across or larger than 2²⁶ pixels, and for all that [`new`](Self::new) refuses.
+    /// [`Error::Length`] when `pixels` does not fit the size; [`Error::Domain`] when the picture
+    /// has not the mapping's shape, is smaller than 4 pixels across or larger than 2²⁶ pixels, and
+    /// for all that [`new`](Self::new) refuses.
     ///
     /// ```
     /// use lobes::{glam::DVec3, illumination::EnvironmentMap, sphere::Mapping};
@@ -105,10 +109,11 @@ impl EnvironmentMap {
         Self::new(name, 2 * rows, rows, picture.lat_long(rows))
     }
 
-    /// The map at another size, each pixel the mean of the pixels that it covers, weighed by the solid angle that it covers of them.
+    /// The map at another size, each pixel the mean of the pixels that it covers, weighed by the
+    /// solid angle that it covers of them.
     ///
-    /// The sum of pixels times [`solid_angle`](Self::solid_angle) stays the same but for rounding. To a larger size the
-    /// pixels are repeated, not interpolated.
+    /// The sum of pixels times [`solid_angle`](Self::solid_angle) stays the same but for rounding.
+    /// To a larger size the pixels are repeated, not interpolated.
     ///
     /// # Errors
     ///
@@ -150,12 +155,13 @@ impl EnvironmentMap {
     }
 }
 
-/// For each of `to` intervals of \[0, 1\], which of `from` intervals it overlaps, and with which share of its own measure, where
-/// `measure` grows from one end to the other.
+/// For each of `to` intervals of \[0, 1\], which of `from` intervals it overlaps, and with which
+/// share of its own measure, where `measure` grows from one end to the other.
 fn shares(from: usize, to: usize, measure: impl Fn(f64) -> f64) -> Vec<Vec<(usize, f64)>> {
     (0..to)
         .map(|target| {
-            // Edges are fractions target/to and source/from: compared as integers, measured as floats.
+            // Edges are fractions target/to and source/from: compared as integers, measured as
+            // floats.
             let (start, end) = (target * from, (target + 1) * from);
             let at = |edge: usize| measure(edge as f64 / (from * to) as f64);
             let whole = at(end) - at(start);
@@ -211,7 +217,8 @@ impl Projected {
         pixels
     }
 
-    /// How many samples a side a pixel of angular size `step` needs: two for each pixel of the picture that it spans.
+    /// How many samples a side a pixel of angular size `step` needs: two for each pixel of the
+    /// picture that it spans.
     fn samples(&self, centre: DVec3, step: f64) -> usize {
         const SMALL: f64 = 1e-4;
         let (u, v) = self.mapping.position(centre);
@@ -232,7 +239,8 @@ impl Projected {
         ((2.0 * span).ceil() as usize).clamp(SAMPLES.0, SAMPLES.1)
     }
 
-    /// The picture at a direction: bilinear between the pixels that show something; `None` where all four neighbours show nothing.
+    /// The picture at a direction: bilinear between the pixels that show something; `None` where
+    /// all four neighbours show nothing.
     fn at(&self, direction: DVec3) -> Option<[f64; 3]> {
         let (u, v) = self.mapping.position(direction);
         let (x, y) = (u * self.width as f64 - 0.5, v * self.height as f64 - 0.5);

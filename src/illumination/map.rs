@@ -8,17 +8,18 @@ use crate::{Error, Result};
 
 /// Light that comes from infinitely far away, as a function of the direction that it comes from.
 ///
-/// The pixels are a latitude-longitude panorama in the world frame (y up): row 0 is the zenith, the centre
-/// column looks along −z, and +x is to its right, as it looks from inside. Each pixel is linear red, green
-/// and blue radiance, in arbitrary units.
+/// The pixels are a latitude-longitude panorama in the world frame (y up): row 0 is the zenith, the
+/// centre column looks along −z, and +x is to its right, as it looks from inside. Each pixel is
+/// linear red, green and blue radiance, in arbitrary units.
 ///
 /// **The function.** What a direction sees is interpolated bilinearly between the centres of pixels, in angle:
-/// with θ the angle from the zenith and α the azimuth from −z towards +x, the centre of pixel (r, c) of an
-/// h × w map is at θ = π(r + ½)/h, α = 2π((c + ½)/w − ½). Columns are periodic. Beyond a pole, between
-/// the first row's centres and the zenith, the neighbour is the same row half a turn round, which is where
-/// the great circle goes. Every integral of an environment map in this crate is of this function,
-/// [`EnvironmentMap::radiance`], but for [`EnvironmentMap::coefficients`], which takes the pixels as samples of a
-/// band-limited field: interpolation lowers the amplitudes of degree l by up to 1 − sinc²(l/2h), 5 % at l = h/4.
+/// with θ the angle from the zenith and α the azimuth from −z towards +x, the centre of pixel (r,
+/// c) of an h × w map is at θ = π(r + ½)/h, α = 2π((c + ½)/w − ½). Columns are periodic. Beyond a
+/// pole, between the first row's centres and the zenith, the neighbour is the same row half a turn
+/// round, which is where the great circle goes. Every integral of an environment map in this crate
+/// is of this function, [`EnvironmentMap::radiance`], but for [`EnvironmentMap::coefficients`],
+/// which takes the pixels as samples of a band-limited field: interpolation lowers the amplitudes
+/// of degree l by up to 1 − sinc²(l/2h), 5 % at l = h/4.
 ///
 /// ```
 /// use lobes::{glam::DVec3, illumination::EnvironmentMap};
@@ -46,8 +47,8 @@ impl EnvironmentMap {
     /// # Errors
     ///
     /// [`Error::Domain`] unless the width is twice the height and the height even and at least 2;
-    /// [`Error::Length`] when `pixels` does not fit it; [`Error::NotFinite`] and [`Error::Domain`] when a
-    /// value is not finite, is negative, or all are zero.
+    /// [`Error::Length`] when `pixels` does not fit it; [`Error::NotFinite`] and [`Error::Domain`]
+    /// when a value is not finite, is negative, or all are zero.
     pub fn new(
         name: impl Into<String>,
         width: usize,
@@ -189,7 +190,8 @@ impl EnvironmentMap {
         }
     }
 
-    /// The mean radiance over the sphere, of the function [`radiance`](Self::radiance): exact but for rounding.
+    /// The mean radiance over the sphere, of the function [`radiance`](Self::radiance): exact but
+    /// for rounding.
     ///
     /// ```
     /// # use lobes::illumination::EnvironmentMap;
@@ -214,12 +216,14 @@ impl EnvironmentMap {
         mean
     }
 
-    /// The integral over θ of what a row contributes to the azimuthal mean, weighed by sin θ: the rows' sum to 2.
+    /// The integral over θ of what a row contributes to the azimuthal mean, weighed by sin θ: the
+    /// rows' sum to 2.
     fn row_weight(&self, row: usize) -> f64 {
         let step = PI / self.height as f64;
         if row == 0 || row + 1 == self.height {
-            // The mean round the axis does not see the half turn: the row alone from the pole to its centre, then
-            // its falling half hat. ∫₀^(s/2) sin θ dθ + ∫_(s/2)^(3s/2) (3/2 − θ/s) sin θ dθ.
+            // The mean round the axis does not see the half turn: the row alone from the pole to
+            // its centre, then its falling half hat. ∫₀^(s/2) sin θ dθ + ∫_(s/2)^(3s/2) (3/2 − θ/s)
+            // sin θ dθ.
             1.0 - ((1.5 * step).sin() - (0.5 * step).sin()) / step
         } else {
             // ∫ (1 − |θ − θ_r|/s) sin θ dθ.
@@ -241,7 +245,8 @@ pub enum Luminance {
     /// ITU-R BT.709: 0.2126, 0.7152, 0.0722.
     #[default]
     Rec709,
-    /// Radiance's own primaries and its equal-energy white (`CIE_rf` … in its `color.h`): 0.2651, 0.6701, 0.0648.
+    /// Radiance's own primaries and its equal-energy white (`CIE_rf` … in its `color.h`): 0.2651,
+    /// 0.6701, 0.0648.
     Radiance,
 }
 

@@ -9,19 +9,22 @@ use crate::{Error, Result, files};
 /// The endings of the files that [`read_folder`] takes.
 const ENDINGS: [&str; 4] = ["exr", "hdr", "pic", "pfm"];
 
-/// Reads an environment map: OpenEXR, Radiance or PFM, under any [`Mapping`], as [`EnvironmentMap::from_picture`] makes it.
+/// Reads an environment map: OpenEXR, Radiance or PFM, under any [`Mapping`], as
+/// [`EnvironmentMap::from_picture`] makes it.
 ///
-/// OpenEXR's attribute `envmap` is heeded: a cube is refused by name, and a lat-long map is one whatever was asked for. OpenEXR looks from inside
-/// as this crate does, with +z of its own world in the centre column where this crate's −z is, half a turn about the vertical; the picture is
-/// taken as it stands. (It also has the outermost pixels on the poles and on the seam, which are taken as half a pixel from them, as all others are.)
+/// OpenEXR's attribute `envmap` is heeded: a cube is refused by name, and a lat-long map is one
+/// whatever was asked for. OpenEXR looks from inside as this crate does, with +z of its own world
+/// in the centre column where this crate's −z is, half a turn about the vertical; the picture is
+/// taken as it stands. (It also has the outermost pixels on the poles and on the seam, which are
+/// taken as half a pixel from them, as all others are.)
 ///
-/// Without a mapping, the shape of the picture tells it: 2:1, 3:4 or 4:3. A square asks which. The name is that of the file
-/// without its ending.
+/// Without a mapping, the shape of the picture tells it: 2:1, 3:4 or 4:3. A square asks which. The
+/// name is that of the file without its ending.
 ///
 /// # Errors
 ///
-/// [`Error::File`], which names the file, for whatever is wrong with it: it cannot be read, has no mapping's shape,
-/// holds a radiance that is not finite or is negative, or is all black.
+/// [`Error::File`], which names the file, for whatever is wrong with it: it cannot be read, has no
+/// mapping's shape, holds a radiance that is not finite or is negative, or is all black.
 ///
 /// ```no_run
 /// use lobes::{illumination, sphere::Mapping};
@@ -92,14 +95,16 @@ fn decode_as(
         .map_err(|error| Error::file(path, error.to_string(), "mend the file or leave it out"))
 }
 
-/// Reads every environment map of a folder (`.exr`, `.hdr`, `.pic`, `.pfm`; not of the folders in it), sorted by name.
+/// Reads every environment map of a folder (`.exr`, `.hdr`, `.pic`, `.pfm`; not of the folders in
+/// it), sorted by name.
 ///
-/// A mapping, where one is given, is that of the files whose shape it fits; the others' shapes tell theirs.
+/// A mapping, where one is given, is that of the files whose shape it fits; the others' shapes tell
+/// theirs.
 ///
 /// # Errors
 ///
-/// [`Error::File`] when the folder cannot be listed or holds no map, when two of its files have one name but for the ending,
-/// and whatever [`read()`] says of any of its files.
+/// [`Error::File`] when the folder cannot be listed or holds no map, when two of its files have one
+/// name but for the ending, and whatever [`read()`] says of any of its files.
 pub fn read_folder(path: &Path, mapping: Option<Mapping>) -> Result<Vec<EnvironmentMap>> {
     let unlisted = |error: std::io::Error| {
         Error::file(

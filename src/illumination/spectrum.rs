@@ -12,8 +12,9 @@ use crate::{Error, Parallelism, Result};
 
 /// A power law B_l = k / l^(2+η).
 ///
-/// Fitted by ordinary least squares of ln B_l against ln l: η = −slope − 2, ln k = intercept. The standard errors
-/// are the regression's, which take the scatter about the line as independent from degree to degree.
+/// Fitted by ordinary least squares of ln B_l against ln l: η = −slope − 2, ln k = intercept. The
+/// standard errors are the regression's, which take the scatter about the line as independent from
+/// degree to degree.
 ///
 /// ```
 /// use lobes::illumination::PowerLaw;
@@ -38,8 +39,9 @@ impl PowerLaw {
     /// The law that fits `power` (B_l, from l = 0) best for `first` ≤ l ≤ `last`.
     ///
     /// # Errors
-    /// [`Error::Domain`] unless 1 ≤ first and there are at least three degrees; [`Error::Length`] where the spectrum ends
-    /// before `last`; [`Error::NoPower`] where a power is not positive and has no logarithm.
+    /// [`Error::Domain`] unless 1 ≤ first and there are at least three degrees; [`Error::Length`]
+    /// where the spectrum ends before `last`; [`Error::NoPower`] where a power is not positive and
+    /// has no logarithm.
     pub fn fit(power: &[f64], first: usize, last: usize) -> Result<Self> {
         if first < 1 || last < first.saturating_add(2) {
             return Err(Error::Domain {
@@ -89,8 +91,9 @@ impl PowerLaw {
 
 /// The spectrum of one illumination.
 ///
-/// "White" light in the sense of the paper has the same spectrum in every channel: [`etas`](Self::etas) says whether it
-/// falls alike, [`coherence`](Self::coherence) whether it is the same pattern.
+/// "White" light in the sense of the paper has the same spectrum in every channel:
+/// [`etas`](Self::etas) says whether it falls alike, [`coherence`](Self::coherence) whether it is
+/// the same pattern.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightSpectrum {
     /// B_l of the luminance (Rec. 709), l = 0 … degree.
@@ -101,12 +104,13 @@ pub struct LightSpectrum {
     pub law: PowerLaw,
     /// η of red, green and blue over the same range; nothing for a channel that does not vary.
     pub etas: [Option<f64>; 3],
-    /// The mean over the range of the correlation of red and blue, Σ_m R_lm B_lm / √(Σ_m R_lm² Σ_m B_lm²): 1 where
-    /// the light changes in brightness only, less where it changes in colour; nothing where red or
-    /// blue does not vary.
+    /// The mean over the range of the correlation of red and blue, Σ_m R_lm B_lm / √(Σ_m R_lm² Σ_m
+    /// B_lm²): 1 where the light changes in brightness only, less where it changes in colour;
+    /// nothing where red or blue does not vary.
     pub coherence: Option<f64>,
-    /// η of the luminance with the brightest [`CLIPPED_SHARE`](Self::CLIPPED_SHARE) of the sphere clipped, as a
-    /// camera with too small a range would; nothing where what is left is uniform or black.
+    /// η of the luminance with the brightest [`CLIPPED_SHARE`](Self::CLIPPED_SHARE) of the sphere
+    /// clipped, as a camera with too small a range would; nothing where what is left is uniform or
+    /// black.
     pub clipped_eta: Option<f64>,
 }
 
@@ -122,7 +126,8 @@ impl LightSpectrum {
     /// The spectrum of a map up to `degree`, or up to what the map carries where that is less.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a degree, or a map, too small to fit a law to; [`Error::Undetermined`] for a uniform map, which has no law.
+    /// [`Error::Domain`] for a degree, or a map, too small to fit a law to; [`Error::Undetermined`]
+    /// for a uniform map, which has no law.
     pub fn of(map: &EnvironmentMap, degree: usize, parallelism: Parallelism) -> Result<Self> {
         let degree = degree.min(map.max_degree()?);
         if degree < Self::FIT_RANGE.0 + 2 {
@@ -219,7 +224,8 @@ impl EnvironmentMap {
 
     /// The real orthonormal coefficients of red, green and blue, in the harmonic frame.
     ///
-    /// The pixels are taken as samples of a band-limited field, and the analysis is exact for one (Fejér's rule in latitude).
+    /// The pixels are taken as samples of a band-limited field, and the analysis is exact for one
+    /// (Fejér's rule in latitude).
     ///
     /// # Errors
     /// [`Error::Degree`] past [`max_degree`](Self::max_degree).
@@ -230,7 +236,8 @@ impl EnvironmentMap {
     ) -> Result<[Coefficients; 3]> {
         let transform = Transform::new(&Grid::lat_long(self.height(), self.width())?, degree)?;
         let plane = |channel: usize| self.pixels().iter().map(move |pixel| pixel[channel]);
-        // Three at once are quicker; of a large map one at a time, for they are as large as the map.
+        // Three at once are quicker; of a large map one at a time, for they are as large as the
+        // map.
         let together = self.pixels().len() <= MOST_PIXELS_TOGETHER;
         let mut sets = if together {
             analyse(&transform, 3, (0..3).flat_map(plane).collect(), parallelism)?
@@ -250,8 +257,8 @@ impl EnvironmentMap {
         Ok([red, green, blue].map(|set| set.unwrap_or_else(|| Coefficients::zeros(degree))))
     }
 
-    /// The map with the brightest `share` of the sphere (by solid angle, by luminance) brought down to the luminance
-    /// of the brightest pixel that is left, its hue kept.
+    /// The map with the brightest `share` of the sphere (by solid angle, by luminance) brought down
+    /// to the luminance of the brightest pixel that is left, its hue kept.
     ///
     /// # Errors
     /// [`Error::Domain`] unless 0 ≤ share < 1.
@@ -282,11 +289,11 @@ impl EnvironmentMap {
         )
     }
 
-    /// The largest luminance of which so much of the sphere shows that or more, that it is above `share`: the
-    /// luminance of the brightest pixel that is left when the share is taken away.
+    /// The largest luminance of which so much of the sphere shows that or more, that it is above
+    /// `share`: the luminance of the brightest pixel that is left when the share is taken away.
     ///
-    /// Found by the bits of the luminances, sixteen at a time from the highest, so that nothing is sorted and nothing
-    /// as large as the map is held.
+    /// Found by the bits of the luminances, sixteen at a time from the highest, so that nothing is
+    /// sorted and nothing as large as the map is held.
     fn ceiling(&self, share: f64) -> f64 {
         const DIGIT: u32 = 16;
         let mut left = share * 4.0 * std::f64::consts::PI;
@@ -385,7 +392,8 @@ mod tests {
         assert!((ratio - 9.0).abs() < 1e-11);
     }
 
-    /// Against sorting all pixels, for shares from none to nearly all, with pixels that are alike and black ones.
+    /// Against sorting all pixels, for shares from none to nearly all, with pixels that are alike
+    /// and black ones.
     #[test]
     fn the_ceiling_is_that_of_sorted_pixels() {
         let (width, height) = (32, 16);

@@ -7,10 +7,12 @@ use crate::illumination::Luminance;
 
 /// The directions in which a picture would see small bright lights if its sphere were a mirror.
 ///
-/// The brightest place of the picture, then the brightest that is not within 0.1 radians of light of one that was taken, and so on. Whether there is a
-/// light is not decided here: [`GaussianEvidence`](super::GaussianEvidence) leaves the strength of each open, 0 among them.
+/// The brightest place of the picture, then the brightest that is not within 0.1 radians of light
+/// of one that was taken, and so on. Whether there is a light is not decided here:
+/// [`GaussianEvidence`](super::GaussianEvidence) leaves the strength of each open, 0 among them.
 ///
-/// Directions are polar angles from the line of sight and azimuths from the picture's right towards its top, as rings are read.
+/// Directions are polar angles from the line of sight and azimuths from the picture's right towards
+/// its top, as rings are read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BrightLights {
     directions: Vec<(f64, f64)>,

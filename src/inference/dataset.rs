@@ -32,7 +32,8 @@ impl View {
     /// The camera at an azimuth about the vertical: 0 stands towards +z.
     ///
     /// # Errors
-    /// [`Error::Domain`] for an elevation that is not between −π/2 and π/2, and a camera inside the sphere.
+    /// [`Error::Domain`] for an elevation that is not between −π/2 and π/2, and a camera inside the
+    /// sphere.
     pub fn camera(self, azimuth: f64) -> Result<Camera> {
         if self.elevation.is_nan() || self.elevation.abs() >= TAU / 4.0 {
             return Err(Error::Domain {
@@ -100,9 +101,9 @@ impl<T> Dataset<T> {
 
 /// A mirror is averaged over so many points a side of each pixel.
 ///
-/// It shows the light as sharp as it is, and one point a pixel would hit a lamp or miss it: between two rolls of the
-/// camera v1 of a mirror under a small sun changed by half. What rough lobes and diffuse bodies show is as wide as a pixel
-/// and is taken at its centre.
+/// It shows the light as sharp as it is, and one point a pixel would hit a lamp or miss it: between
+/// two rolls of the camera v1 of a mirror under a small sun changed by half. What rough lobes and
+/// diffuse bodies show is as wide as a pixel and is taken at its centre.
 pub const MIRROR_PIXEL_SAMPLES: usize = 6;
 
 /// How a data set is rendered.
@@ -112,12 +113,13 @@ pub struct Plan {
     pub lobe: Variant,
     /// The size and the tolerance of the pictures.
     pub settings: Settings,
-    /// From how many directions about the vertical each sphere is seen, evenly spaced, the first towards +z.
+    /// From how many directions about the vertical each sphere is seen, evenly spaced, the first
+    /// towards +z.
     pub turns: usize,
 }
 
-/// A picture to the tolerance of the settings or, where the renderer cannot meet that, to three times it:
-/// [`Dataset::render_error`] tells.
+/// A picture to the tolerance of the settings or, where the renderer cannot meet that, to three
+/// times it: [`Dataset::render_error`] tells.
 fn render(
     renderer: &Renderer,
     material: &Material,
@@ -138,7 +140,8 @@ fn render(
     }
 }
 
-/// Pictures of the same sphere that add up: a white diffuse one and a white specular one of each roughness.
+/// Pictures of the same sphere that add up: a white diffuse one and a white specular one of each
+/// roughness.
 pub(super) struct Parts {
     diffuse: SphereImage,
     specular: Vec<(f64, SphereImage)>,
@@ -164,8 +167,8 @@ impl Parts {
                 continue;
             }
             let mirror = sigma == 0.0;
-            // A lobe alone leaves parts of a picture so dark that a relative error cannot be met there; beside as much of a
-            // body it can.
+            // A lobe alone leaves parts of a picture so dark that a relative error cannot be met
+            // there; beside as much of a body it can.
             let body = if mirror { 0.0 } else { 0.5 };
             let material = Material::from_albedos("part", [body; 3], [1.0 - body; 3], sigma)?;
             let settings = Settings {
@@ -195,7 +198,8 @@ impl Parts {
         })
     }
 
-    /// A sphere of albedos ρ_d and ρ_s whose roughness is one of the parts', its radiance times `scale`.
+    /// A sphere of albedos ρ_d and ρ_s whose roughness is one of the parts', its radiance times
+    /// `scale`.
     pub(super) fn sphere(
         &self,
         diffuse: [f64; 3],
@@ -215,16 +219,19 @@ impl Parts {
     }
 }
 
-/// Renders each material under each illumination, gives each picture to `read`, and keeps what that gives.
+/// Renders each material under each illumination, gives each picture to `read`, and keeps what that
+/// gives.
 ///
 /// Each sphere is seen by every one of `cameras`; a picture's turn is the index of its camera.
 ///
-/// Only the pictures that are being worked on are in memory. Radiance is linear and over the mean luminance of a white sphere in
-/// the same light. `read` gets the picture and what is known of it, and is called from any thread; `done` is
-/// called after each illumination. Each illumination is taken for a scene of its own; set [`Dataset::scenes`] where that is not so.
+/// Only the pictures that are being worked on are in memory. Radiance is linear and over the mean
+/// luminance of a white sphere in the same light. `read` gets the picture and what is known of it,
+/// and is called from any thread; `done` is called after each illumination. Each illumination is
+/// taken for a scene of its own; set [`Dataset::scenes`] where that is not so.
 ///
 /// # Errors
-/// [`Error::Empty`] without a material, an illumination or a camera; what the renderer or `read` finds wrong.
+/// [`Error::Empty`] without a material, an illumination or a camera; what the renderer or `read`
+/// finds wrong.
 pub fn collect<T: Send>(
     cameras: &[Camera],
     illuminations: &[EnvironmentMap],

@@ -7,11 +7,12 @@ use super::evidence::log_sum_exp;
 use super::expert::Expert;
 use crate::{Error, Result};
 
-/// Linear discriminant analysis (Fisher 1936, doi:10.1111/j.1469-1809.1936.tb02137.x) with a covariance shrunk to its
-/// diagonal (Friedman 1989, doi:10.1080/01621459.1989.10478752).
+/// Linear discriminant analysis (Fisher 1936, doi:10.1111/j.1469-1809.1936.tb02137.x) with a
+/// covariance shrunk to its diagonal (Friedman 1989, doi:10.1080/01621459.1989.10478752).
 ///
-/// The moments of each illumination are kept apart and added, so that leaving one out costs one Cholesky factor; that, its
-/// probabilities and its lack of any iteration are why it stands here and not a crate's logistic regression or support vectors.
+/// The moments of each illumination are kept apart and added, so that leaving one out costs one
+/// Cholesky factor; that, its probabilities and its lack of any iteration are why it stands here
+/// and not a crate's logistic regression or support vectors.
 #[derive(Debug)]
 pub struct Discriminant {
     name: String,
@@ -73,13 +74,15 @@ impl LinearScores {
 impl Discriminant {
     /// How far the covariance is drawn to its diagonal, unless said.
     ///
-    /// Chosen on eight other materials (`docs/explanation/inference.md`), where 0.1 … 0.5 differ by one picture in a hundred.
+    /// Chosen on eight other materials (`docs/explanation/inference.md`), where 0.1 … 0.5 differ by
+    /// one picture in a hundred.
     pub const SHRINKAGE: f64 = 0.2;
 
     /// The moments of `features` of every observation of a data set.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for a feature that is not finite; [`Error::Length`] where pictures differ in how many they have.
+    /// [`Error::NotFinite`] for a feature that is not finite; [`Error::Length`] where pictures
+    /// differ in how many they have.
     pub fn new<T>(
         name: &str,
         dataset: &Dataset<T>,
@@ -178,7 +181,8 @@ impl Discriminant {
             .zip(&counts)
             .map(|(sum, count)| sum / *count)
             .collect();
-        // Fewer pictures than features leave no variance in some direction: a trace of the variance of all is added.
+        // Fewer pictures than features leave no variance in some direction: a trace of the variance
+        // of all is added.
         let trace = 1e-9 * (scatter.diagonal().max() / total).max(1e-12);
         for (mean, count) in means.iter().zip(&counts) {
             scatter.ger(-*count, mean, mean, 1.0);

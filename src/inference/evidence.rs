@@ -9,21 +9,26 @@ use crate::{Error, Result};
 
 /// The likelihood of one channel of a picture for one reflectance and one spectrum of light.
 ///
-/// Light is a Gaussian field of unknown strength k, L_lm ~ N(0, k C_l), and, since a sun is no draw from such a field, a few small bright lights in directions ω_j that
-/// the picture shows ([`BrightLights`](super::BrightLights)), a_j ~ N(0, k τ²) each, τ² = 100. Through the operator of the view the amplitudes y_m of the
-/// picture over smooth functions across its rings are Gaussian too, with covariance k (K + N + τ² U Uᵀ): K_m = Σ_l C_l T_lm T_lmᵀ is independent from order to order and
-/// between cosine and sine, and U, what the lights give, has few columns,
+/// Light is a Gaussian field of unknown strength k, L_lm ~ N(0, k C_l), and, since a sun is no draw
+/// from such a field, a few small bright lights in directions ω_j that the picture shows
+/// ([`BrightLights`](super::BrightLights)), a_j ~ N(0, k τ²) each, τ² = 100. Through the operator
+/// of the view the amplitudes y_m of the picture over smooth functions across its rings are
+/// Gaussian too, with covariance k (K + N + τ² U Uᵀ): K_m = Σ_l C_l T_lm T_lmᵀ is independent from
+/// order to order and between cosine and sine, and U, what the lights give, has few columns,
 ///
 /// (U_m)_j = Σ_l T_lm P̄_lm(cos θ_j) (cos mφ_j, sin mφ_j).
 ///
-/// N is white: what interpolation, pixels and the degrees past the operator's add, as a share ν² of the variance that the amplitudes past order 0 have on average.
+/// N is white: what interpolation, pixels and the degrees past the operator's add, as a share ν² of
+/// the variance that the amplitudes past order 0 have on average.
 ///
-/// With Jeffreys' prior 1/k the strength integrates out in closed form, and Woodbury's identity takes the lights in: with whitened w = (K + N)^(−½) y and
-/// W = (K + N)^(−½) U, A = τ⁻² 1 + Wᵀ W and Q = |w|² − (Wᵀw)ᵀ A⁻¹ (Wᵀw) over n amplitudes,
+/// With Jeffreys' prior 1/k the strength integrates out in closed form, and Woodbury's identity
+/// takes the lights in: with whitened w = (K + N)^(−½) y and W = (K + N)^(−½) U, A = τ⁻² 1 + Wᵀ W
+/// and Q = |w|² − (Wᵀw)ᵀ A⁻¹ (Wᵀw) over n amplitudes,
 ///
 /// ln p(y) = ln Γ(n/2) − (n/2) ln(πQ) − ½ Σ ln det(K + N) − ½ ln det(τ² A).
 ///
-/// So neither exposure nor a white sphere is needed, nor anything learned. The factors do not depend on the picture.
+/// So neither exposure nor a white sphere is needed, nor anything learned. The factors do not
+/// depend on the picture.
 #[derive(Debug, Clone)]
 pub struct GaussianEvidence {
     rho_d: f64,
@@ -47,16 +52,19 @@ pub struct Evidence {
 const LIGHT_VARIANCE: f64 = 100.0;
 
 impl GaussianEvidence {
-    /// ν of pictures of 128 pixels a side without noise. Chosen on random reflectances that are not those reported: `docs/explanation/inference.md`.
+    /// ν of pictures of 128 pixels a side without noise. Chosen on random reflectances that are not
+    /// those reported: `docs/explanation/inference.md`.
     pub const NOISE: f64 = 3e-4;
 
-    /// The factors for a material ρ_d, ρ_s seen through `operator` under light of power `spectrum[l]` per order.
+    /// The factors for a material ρ_d, ρ_s seen through `operator` under light of power
+    /// `spectrum[l]` per order.
     ///
     /// `noise` is ν, the noise's standard deviation as a share of the amplitudes'.
     ///
     /// # Errors
-    /// A spectrum shorter than the operator's degree + 1, or with a value that is negative or not finite; a noise that is not positive; a covariance that is not
-    /// positive definite (both reflectances 0).
+    /// A spectrum shorter than the operator's degree + 1, or with a value that is negative or not
+    /// finite; a noise that is not positive; a covariance that is not positive definite (both
+    /// reflectances 0).
     pub fn new(
         operator: &SmoothOperator,
         spectrum: &[f64],
@@ -83,7 +91,8 @@ impl GaussianEvidence {
             })
             .collect();
         let functions = blocks.first().map_or(0, DMatrix::nrows);
-        // The variance of an amplitude, averaged over the functions and the orders past 0 (order 0 holds the mean).
+        // The variance of an amplitude, averaged over the functions and the orders past 0 (order 0
+        // holds the mean).
         let past = &blocks[1.min(blocks.len() - 1)..];
         let variance = past.iter().map(|block| block.trace()).sum::<f64>()
             / (past.len() * functions) as f64
@@ -118,7 +127,8 @@ impl GaussianEvidence {
         })
     }
 
-    /// The evidence of a channel, `lights` being what lights in its bright directions give through the operator.
+    /// The evidence of a channel, `lights` being what lights in its bright directions give through
+    /// the operator.
     ///
     /// # Errors
     /// [`Error::Length`] for amplitudes or responses of another operator.
@@ -189,8 +199,8 @@ impl GaussianEvidence {
     }
 }
 
-/// C_l = l^(−2−η), the scale-free spectrum of natural light, for l = 1 … degree, and C_0 = 100: the mean, which is 100 times stronger than
-/// degree 1, for light is positive.
+/// C_l = l^(−2−η), the scale-free spectrum of natural light, for l = 1 … degree, and C_0 = 100: the
+/// mean, which is 100 times stronger than degree 1, for light is positive.
 ///
 /// ```
 /// assert_eq!(lobes::inference::natural_spectrum(1.0, 2), [100.0, 1.0, 0.125]);

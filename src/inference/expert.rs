@@ -1,4 +1,5 @@
-//! Experts, each of which says how likely every material is for a picture, and a stack that weighs them.
+//! Experts, each of which says how likely every material is for a picture, and a stack that weighs
+//! them.
 
 use std::convert::Infallible;
 
@@ -8,24 +9,26 @@ use super::scenes::Scenes;
 use crate::numeric::golden_section;
 use crate::{Error, Result};
 
-/// How likely each material is for one picture of a data set, to whoever has seen some of the illuminations.
+/// How likely each material is for one picture of a data set, to whoever has seen some of the
+/// illuminations.
 pub trait Expert: Sync {
     /// What tables call it.
     fn name(&self) -> String;
 
-    /// ln-likelihoods, up to one constant a picture, of each material for each observation in `observations`.
-    /// `seen[i]` says whether anything may have been learned from illumination i.
+    /// ln-likelihoods, up to one constant a picture, of each material for each observation in
+    /// `observations`. `seen[i]` says whether anything may have been learned from illumination i.
     ///
     /// # Errors
     /// What makes learning impossible.
     fn judge(&self, seen: &[bool], observations: &[usize]) -> Result<Vec<Vec<f64>>>;
 }
 
-/// Experts weighed: ln p(material) = Σ_e w_e ln p_e(material) + constant, with the weights (inverse temperatures, for each
-/// expert is too sure of itself) chosen inside the training fold.
+/// Experts weighed: ln p(material) = Σ_e w_e ln p_e(material) + constant, with the weights (inverse
+/// temperatures, for each expert is too sure of itself) chosen inside the training fold.
 ///
-/// For each scene of the training fold the experts judge its pictures of turn 0 from the others, and the weights w ≥ 0
-/// make those labels likeliest, under an exponential prior that keeps them finite when all are named right.
+/// For each scene of the training fold the experts judge its pictures of turn 0 from the others,
+/// and the weights w ≥ 0 make those labels likeliest, under an exponential prior that keeps them
+/// finite when all are named right.
 pub struct Stack<'a> {
     experts: Vec<&'a dyn Expert>,
     labels: Vec<usize>,
@@ -113,7 +116,8 @@ impl<'a> Stack<'a> {
         Ok(fit_weights(&judged, &truth))
     }
 
-    /// The ln-probabilities of every label for each observation of `test`, by what was learned from `training` alone.
+    /// The ln-probabilities of every label for each observation of `test`, by what was learned from
+    /// `training` alone.
     ///
     /// # Errors
     /// Those of [`weights`](Self::weights) and of the experts.
@@ -148,8 +152,8 @@ fn weigh(judged: &[Vec<Vec<f64>>], weights: &[f64], i: usize) -> Vec<f64> {
     scores
 }
 
-/// Minimises Σ −ln p(truth) + cost·Σ w over ln w, one weight after another by golden section, until none moves. The
-/// problem is convex in w.
+/// Minimises Σ −ln p(truth) + cost·Σ w over ln w, one weight after another by golden section, until
+/// none moves. The problem is convex in w.
 fn fit_weights(judged: &[Vec<Vec<f64>>], truth: &[usize]) -> Vec<f64> {
     let mut logs = vec![(0.01f64).ln(); judged.len()];
     let loss = |logs: &[f64]| -> f64 {

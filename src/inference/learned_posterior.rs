@@ -44,11 +44,14 @@ const SHRINKAGE: f64 = 0.2;
 
 /// A posterior over (share, σ) that is learned from pictures of known reflectances.
 ///
-/// The features of a picture are taken as Gaussian about means that are smooth in (share, σ), with one covariance: what light
-/// does to them is the noise. With prior uniform in the share and ln σ, p(share, σ | x) ∝ exp(−w/2 |L⁻¹(x − Bᵀφ(share, σ))|²), L Lᵀ the covariance. Features are many and not quite
-/// Gaussian, so the likelihood has a weight w, which an inner loop over the illuminations chooses by the probability that it gives to the truth.
+/// The features of a picture are taken as Gaussian about means that are smooth in (share, σ), with
+/// one covariance: what light does to them is the noise. With prior uniform in the share and ln σ,
+/// p(share, σ | x) ∝ exp(−w/2 |L⁻¹(x − Bᵀφ(share, σ))|²), L Lᵀ the covariance. Features are many
+/// and not quite Gaussian, so the likelihood has a weight w, which an inner loop over the
+/// illuminations chooses by the probability that it gives to the truth.
 ///
-/// Only Aᵀ L⁻¹ x, A = L⁻¹ Bᵀ, depends on the picture, so that a posterior costs a solve and one small product a point.
+/// Only Aᵀ L⁻¹ x, A = L⁻¹ Bᵀ, depends on the picture, so that a posterior costs a solve and one
+/// small product a point.
 #[derive(Debug)]
 pub struct LearnedPosterior {
     features: Vec<DVector<f64>>,
@@ -133,11 +136,13 @@ impl PosteriorModel {
 }
 
 impl LearnedPosterior {
-    /// The moments of the features of samples, for posteriors on a grid of `shares` and `sigmas`, both rising.
+    /// The moments of the features of samples, for posteriors on a grid of `shares` and `sigmas`,
+    /// both rising.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for a feature that is not finite, [`Error::Length`] where samples differ in how many they have,
-    /// [`Error::TooFew`] without a sample or for an axis of fewer than two values.
+    /// [`Error::NotFinite`] for a feature that is not finite, [`Error::Length`] where samples
+    /// differ in how many they have, [`Error::TooFew`] without a sample or for an axis of fewer
+    /// than two values.
     pub fn new(samples: &[Sample<Vec<f64>>], shares: &[f64], sigmas: &[f64]) -> Result<Self> {
         for (items, needed, got) in [
             ("samples", 1, samples.len()),
@@ -279,7 +284,8 @@ impl LearnedPosterior {
         })
     }
 
-    /// ln-likelihoods of every sample of the illuminations that are seen, by what was learned from those of other scenes.
+    /// ln-likelihoods of every sample of the illuminations that are seen, by what was learned from
+    /// those of other scenes.
     fn inner_loop(&self, seen: &[bool]) -> Result<Vec<(usize, Vec<f64>)>> {
         let folds = self.scenes.among(seen);
         if folds.len() < 2 {
@@ -301,7 +307,8 @@ impl LearnedPosterior {
         Ok(logs)
     }
 
-    /// How much probability posteriors give to the truth: Σ ln p, of samples and the ln-likelihoods of the grid's points.
+    /// How much probability posteriors give to the truth: Σ ln p, of samples and the ln-likelihoods
+    /// of the grid's points.
     fn score(&self, judged: impl Iterator<Item = (usize, Vec<f64>)>, weight: f64) -> f64 {
         judged
             .map(|(i, mut logs)| {
@@ -314,7 +321,8 @@ impl LearnedPosterior {
             .sum()
     }
 
-    /// Learns from the illuminations that are seen; the weight is chosen among them, leaving one scene out at a time.
+    /// Learns from the illuminations that are seen; the weight is chosen among them, leaving one
+    /// scene out at a time.
     ///
     /// # Errors
     /// [`Error::TooFew`] for fewer than two scenes or too few samples.
@@ -329,13 +337,17 @@ impl LearnedPosterior {
         likeliest(weights, |weight| self.score(logs.iter().cloned(), weight))
     }
 
-    /// The posteriors of every judged sample, by what has seen nothing of its illumination's scene: by what is learned, by evidence, and by both.
+    /// The posteriors of every judged sample, by what has seen nothing of its illumination's scene:
+    /// by what is learned, by evidence, and by both.
     ///
-    /// `evidence[i]` are the ln-likelihoods that [`ReflectanceGrid`](super::ReflectanceGrid) gives sample i on the same shares and roughnesses; those of samples that are not judged
-    /// are not used. The weights are chosen by the inner loop: that of evidence, which learns nothing else, and, beside the learned posterior at its own weight, that of what evidence says of σ.
+    /// `evidence[i]` are the ln-likelihoods that [`ReflectanceGrid`](super::ReflectanceGrid) gives
+    /// sample i on the same shares and roughnesses; those of samples that are not judged are not
+    /// used. The weights are chosen by the inner loop: that of evidence, which learns nothing else,
+    /// and, beside the learned posterior at its own weight, that of what evidence says of σ.
     ///
     /// # Errors
-    /// Those of [`Self::learn`]; [`Error::Length`] for evidence of other samples or of another grid.
+    /// Those of [`Self::learn`]; [`Error::Length`] for evidence of other samples or of another
+    /// grid.
     pub fn leave_one_illumination_out(
         &self,
         evidence: &[Option<Vec<f64>>],
@@ -421,7 +433,8 @@ pub struct JudgedPosteriors {
     pub truth: Reflectance,
     /// By what was learned from pictures under other illuminations.
     pub learned: Posterior,
-    /// By [`GaussianEvidence`](super::GaussianEvidence), of which one weight is learned and nothing else.
+    /// By [`GaussianEvidence`](super::GaussianEvidence), of which one weight is learned and nothing
+    /// else.
     pub evidence: Posterior,
     /// By both.
     pub both: Posterior,

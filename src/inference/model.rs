@@ -14,7 +14,8 @@ use crate::picture::Sphere;
 use crate::reflection::Viewpoint;
 use crate::{Error, Parallelism, Result};
 
-/// What a model learns from: features of named materials and of random reflectances under known lights.
+/// What a model learns from: features of named materials and of random reflectances under known
+/// lights.
 ///
 /// It is what takes time to make, and it is plain numbers, so that a program can keep it.
 #[derive(Debug, Clone)]
@@ -25,7 +26,8 @@ pub struct Training {
     pub random: Vec<Sample<Vec<f64>>>,
 }
 
-/// What a [`Model`] reads off a sphere: a few numbers, so that many pictures can be read before any is judged.
+/// What a [`Model`] reads off a sphere: a few numbers, so that many pictures can be read before any
+/// is judged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SphereFeatures {
     pub(super) values: Vec<f64>,
@@ -54,7 +56,8 @@ impl SphereFeatures {
     }
 }
 
-/// A classifier that has learned from a [`Training`] set and is ready for pictures under light that it has not seen.
+/// A classifier that has learned from a [`Training`] set and is ready for pictures under light that
+/// it has not seen.
 ///
 /// Immutable; share it between threads.
 ///
@@ -88,7 +91,8 @@ struct Learned {
     scores: LinearScores,
     /// The temperature's inverse, chosen by leaving one scene out.
     weight: f64,
-    /// The squared distance to a material's mean that one in a hundred pictures of it passes under light of a scene that was left out.
+    /// The squared distance to a material's mean that one in a hundred pictures of it passes under
+    /// light of a scene that was left out.
     limit: f64,
     posterior: PosteriorModel,
 }
@@ -176,7 +180,8 @@ impl Learned {
         let features: Vec<f64> = self.columns.iter().map(|&i| features[i]).collect();
         let posterior = self.posterior.posterior(&features)?;
         let distances = self.scores.distances(&DVector::from_vec(features));
-        // Half a squared distance is −ln of a likelihood but for what all materials share; "none of these" lies at the limit.
+        // Half a squared distance is −ln of a likelihood but for what all materials share; "none of
+        // these" lies at the limit.
         let none = -0.5 * self.weight * self.limit;
         let logs: Vec<f64> = distances.iter().map(|d| -0.5 * self.weight * d).collect();
         let total = log_sum_exp(logs.iter().copied().chain([none]));
@@ -204,7 +209,8 @@ impl Model {
     /// Learns from the illuminations that are `seen`, so that the others can judge it.
     ///
     /// # Errors
-    /// As [`learn`](Self::learn), and [`Error::Length`] unless `seen` has one value for each illumination.
+    /// As [`learn`](Self::learn), and [`Error::Length`] unless `seen` has one value for each
+    /// illumination.
     pub fn learn_from(
         training: &Training,
         seen: &[bool],
@@ -241,7 +247,8 @@ impl Model {
         &self.materials
     }
 
-    /// What the model says of a sphere; one [without colour](Sphere::is_grey) is judged by its luminance alone.
+    /// What the model says of a sphere; one [without colour](Sphere::is_grey) is judged by its
+    /// luminance alone.
     ///
     /// # Errors
     /// A sphere that is black.

@@ -39,7 +39,8 @@ impl Posterior {
             .collect()
     }
 
-    /// From the ln-likelihood of each point, row by row, one row a roughness, under a prior that is uniform in the share and in ln σ.
+    /// From the ln-likelihood of each point, row by row, one row a roughness, under a prior that is
+    /// uniform in the share and in ln σ.
     ///
     /// Each point stands for its cell: the grid need not be even.
     pub(super) fn of_likelihoods(shares: &[f64], sigmas: &[f64], mut log: Vec<f64>) -> Self {
@@ -71,12 +72,14 @@ impl Posterior {
         &self.sigmas
     }
 
-    /// The probability of each cell, row by row: one row a roughness, one column a share. They sum to 1.
+    /// The probability of each cell, row by row: one row a roughness, one column a share. They sum
+    /// to 1.
     pub fn probabilities(&self) -> &[f64] {
         &self.probabilities
     }
 
-    /// ln of the probability of the cell that (share, σ) lies in, over the cell's size in the share and ln σ.
+    /// ln of the probability of the cell that (share, σ) lies in, over the cell's size in the share
+    /// and ln σ.
     pub(super) fn log_density(&self, share: f64, sigma: f64) -> f64 {
         let nearest = |axis: &[f64], scale: &dyn Fn(f64) -> f64, value: f64| {
             let distance = |i: &usize| (scale(axis[*i]) - scale(value)).abs();

@@ -29,7 +29,8 @@ pub struct RandomReflectances {
     pub sigmas: (f64, f64),
     /// The share is uniform between these.
     pub shares: (f64, f64),
-    /// Roughnesses for each illumination and turn, one in each of as many equal parts of the range of ln σ.
+    /// Roughnesses for each illumination and turn, one in each of as many equal parts of the range
+    /// of ln σ.
     pub roughnesses: usize,
     /// Shares and colours for each roughness.
     pub colours: usize,
@@ -50,11 +51,12 @@ impl Default for RandomReflectances {
     }
 }
 
-/// Renders spheres of random reflectances under each illumination, gives each picture, whether it is judged and a random number for noise to `read`, and keeps
-/// what that gives.
+/// Renders spheres of random reflectances under each illumination, gives each picture, whether it
+/// is judged and a random number for noise to `read`, and keeps what that gives.
 ///
-/// A body has a random colour, each channel uniform in 0.1 … 1; half of the spheres have a white highlight, as plastics do, half one of the
-/// body's colour, as metals do. The samples that the first of `cameras` sees are judged.
+/// A body has a random colour, each channel uniform in 0.1 … 1; half of the spheres have a white
+/// highlight, as plastics do, half one of the body's colour, as metals do. The samples that the
+/// first of `cameras` sees are judged.
 ///
 /// # Errors
 /// What the renderer or `read` finds wrong; [`Error::Empty`] where nothing is asked for.

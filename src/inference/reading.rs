@@ -23,13 +23,15 @@ pub struct Reading {
     pub bands: Vec<f64>,
     /// The mean of each channel over the picture.
     pub mean: [f64; 3],
-    /// By order m: the amplitudes of ln luminance, cosine and sine columns over [`Reader::FUNCTIONS`] radial functions.
+    /// By order m: the amplitudes of ln luminance, cosine and sine columns over
+    /// [`Reader::FUNCTIONS`] radial functions.
     pub log_amplitudes: Vec<DMatrix<f64>>,
     /// What only pictures that are judged are asked for.
     pub judged: Option<JudgedReading>,
 }
 
-/// What only pictures that are judged, and those that the paper's features learn from, are asked for.
+/// What only pictures that are judged, and those that the paper's features learn from, are asked
+/// for.
 #[derive(Debug, Clone)]
 pub struct JudgedReading {
     /// The paper's features under each of [`Reader::CONTINUATIONS`].
@@ -43,9 +45,11 @@ pub struct JudgedReading {
 }
 
 impl Reading {
-    /// What would have been read off the picture over its own mean luminance: all that an unknown exposure leaves.
+    /// What would have been read off the picture over its own mean luminance: all that an unknown
+    /// exposure leaves.
     ///
-    /// [`JudgedReading::evidence`] and the picture keep their scale, which [`GaussianEvidence`](super::GaussianEvidence) does not notice.
+    /// [`JudgedReading::evidence`] and the picture keep their scale, which
+    /// [`GaussianEvidence`](super::GaussianEvidence) does not notice.
     #[must_use]
     pub fn without_exposure(mut self) -> Self {
         let mean = Luminance::Rec709.of(self.mean);
@@ -106,8 +110,8 @@ impl LogReader {
         })
     }
 
-    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`] of a picture and ln R/G and ln B/G of its mean: all that the classifier `log-bands` uses where the exposure
-    /// is unknown.
+    /// [`LogBands`], [`MirroredLight`] and [`ShadingResidual`] of a picture and ln R/G and ln B/G
+    /// of its mean: all that the classifier `log-bands` uses where the exposure is unknown.
     ///
     /// # Errors
     /// Pictures that are black or too small.

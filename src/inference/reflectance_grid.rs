@@ -9,10 +9,11 @@ use crate::reflectance::Variant;
 use crate::reflection::OperatorSet;
 use crate::{Error, Parallelism, Result};
 
-/// A grid of reflectances with the factors of their evidence, made once and used for any number of pictures of one view.
+/// A grid of reflectances with the factors of their evidence, made once and used for any number of
+/// pictures of one view.
 ///
-/// The axes are the specular share ρ_s/(ρ_s + ρ_d) and the roughness σ; the prior is uniform over the grid, and over
-/// the spectra of light.
+/// The axes are the specular share ρ_s/(ρ_s + ρ_d) and the roughness σ; the prior is uniform over
+/// the grid, and over the spectra of light.
 #[derive(Debug)]
 pub struct ReflectanceGrid {
     layout: RingLayout,
@@ -26,7 +27,8 @@ pub struct ReflectanceGrid {
 }
 
 impl ReflectanceGrid {
-    /// A grid of [`Posterior::default_shares`] and [`Posterior::default_sigmas`], under light of η = 0 or 0.75, to degree 127, as pictures of 128 pixels a side ask for it.
+    /// A grid of [`Posterior::default_shares`] and [`Posterior::default_sigmas`], under light of η
+    /// = 0 or 0.75, to degree 127, as pictures of 128 pixels a side ask for it.
     ///
     /// # Errors
     /// What the operator refuses.
@@ -46,11 +48,12 @@ impl ReflectanceGrid {
         )
     }
 
-    /// Factors for every share, every σ (0 is a mirror) and every spectrum of light, through the operator of `variant` to
-    /// the degree of the shortest spectrum.
+    /// Factors for every share, every σ (0 is a mirror) and every spectrum of light, through the
+    /// operator of `variant` to the degree of the shortest spectrum.
     ///
     /// # Errors
-    /// An empty or unsorted axis, a share outside [0, 1], no spectrum, and what the operator refuses.
+    /// An empty or unsorted axis, a share outside [0, 1], no spectrum, and what the operator
+    /// refuses.
     pub fn new(
         variant: Variant,
         layout: &RingLayout,
@@ -114,7 +117,8 @@ impl ReflectanceGrid {
         &self.layout
     }
 
-    /// ln of the likelihood of each point, row by row, one row a roughness, of one channel of a picture with these bright lights: the mean over the spectra.
+    /// ln of the likelihood of each point, row by row, one row a roughness, of one channel of a
+    /// picture with these bright lights: the mean over the spectra.
     ///
     /// # Errors
     /// [`Error::Length`] for modes of another layout.
@@ -137,8 +141,9 @@ impl ReflectanceGrid {
 
     /// The posterior of one channel.
     ///
-    /// `weight` is the power to which the likelihood is raised, at most 1: amplitudes of real light are not independent
-    /// as the field's are, and counting each in full makes the posterior far too sure.
+    /// `weight` is the power to which the likelihood is raised, at most 1: amplitudes of real light
+    /// are not independent as the field's are, and counting each in full makes the posterior far
+    /// too sure.
     ///
     /// # Errors
     /// A weight that is not in (0, 1], and those of [`Self::log_likelihoods`].

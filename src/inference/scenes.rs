@@ -7,12 +7,14 @@ use crate::{Error, Parallelism, Result};
 
 /// Which illuminations are of one scene: one place, or one map twice.
 ///
-/// Leaving one illumination out says how well a classifier does under light that it has not seen. That holds only where
-/// everything of the same scene is left out with it: with a map twice in the folder, its spheres are all but in the set
-/// to learn from, and a nearest neighbour is always right. Every loop of this crate that leaves an illumination out, the inner ones too, leaves out
+/// Leaving one illumination out says how well a classifier does under light that it has not seen.
+/// That holds only where everything of the same scene is left out with it: with a map twice in the
+/// folder, its spheres are all but in the set to learn from, and a nearest neighbour is always
+/// right. Every loop of this crate that leaves an illumination out, the inner ones too, leaves out
 /// its scene.
 ///
-/// An illumination that nothing is said of is a scene of its own, so that the default leaves each out by itself.
+/// An illumination that nothing is said of is a scene of its own, so that the default leaves each
+/// out by itself.
 ///
 /// ```
 /// use lobes::inference::Scenes;
@@ -50,7 +52,8 @@ impl Scenes {
     const ROWS: usize = 64;
     /// The turns about the vertical that are tried.
     const TURNS: usize = 360;
-    /// What is darker than this part of the mean luminance counts as that: no logarithm falls without end.
+    /// What is darker than this part of the mean luminance counts as that: no logarithm falls
+    /// without end.
     const FLOOR: f64 = 1e-3;
 
     /// The scenes of illuminations called `names`, where each of `groups` names those of one.
@@ -79,9 +82,11 @@ impl Scenes {
 
     /// The scenes of maps, where those that look alike are of one, and which those are.
     ///
-    /// Two maps are alike where the logarithms of their luminances, to degree 8 and without their means, have a correlation
-    /// above [`ALIKE`](Self::ALIKE) when one is turned about the vertical in some way. It does not depend on the exposure, the size of the maps or the mapping that they
-    /// came in; the logarithm keeps a sun, which a great part of all outdoor maps have, from deciding alone.
+    /// Two maps are alike where the logarithms of their luminances, to degree 8 and without their
+    /// means, have a correlation above [`ALIKE`](Self::ALIKE) when one is turned about the vertical
+    /// in some way. It does not depend on the exposure, the size of the maps or the mapping that
+    /// they came in; the logarithm keeps a sun, which a great part of all outdoor maps have, from
+    /// deciding alone.
     ///
     /// # Errors
     /// [`Error::SameLight`] for two maps of the same pixels.
@@ -191,7 +196,8 @@ fn logarithms(map: &EnvironmentMap) -> Result<Vec<f64>> {
     Ok(cells)
 }
 
-/// The largest correlation of two fields without their means over turns about the pole; 0 for a field that does not vary.
+/// The largest correlation of two fields without their means over turns about the pole; 0 for a
+/// field that does not vary.
 fn correlation(a: &Coefficients, b: &Coefficients) -> f64 {
     // Turned by α, Σ_l a_lm* b_lm of each order goes round by e^(imα).
     let mut norms = [0.0; 2];
@@ -260,7 +266,8 @@ mod tests {
         EnvironmentMap::from_picture("probe", mapping, side, side, pixels.collect()).unwrap()
     }
 
-    /// The seventeen built-in maps: none of the 136 pairs looks like one, and each looks like itself whatever was done to it.
+    /// The seventeen built-in maps: none of the 136 pairs looks like one, and each looks like
+    /// itself whatever was done to it.
     #[test]
     fn the_same_light_is_told_from_other_light() {
         let maps = builtin().unwrap();

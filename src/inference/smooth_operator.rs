@@ -11,8 +11,8 @@ use crate::{Error, Result};
 
 /// An [`Operator`] whose rings are summed with the first cosines across them.
 ///
-/// What is left of light of high degrees, which a mirror shows and the operator's degree cuts off, lies between the rings more than along them: smooth functions
-/// do not see it.
+/// What is left of light of high degrees, which a mirror shows and the operator's degree cuts off,
+/// lies between the rings more than along them: smooth functions do not see it.
 #[derive(Debug, Clone)]
 pub struct SmoothOperator {
     degree: usize,
@@ -21,13 +21,15 @@ pub struct SmoothOperator {
     specular: Vec<DMatrix<f64>>,
 }
 
-/// The amplitudes of one channel of a picture over the same functions: by order, one column (cosine) or two (cosine and sine).
+/// The amplitudes of one channel of a picture over the same functions: by order, one column
+/// (cosine) or two (cosine and sine).
 #[derive(Debug, Clone)]
 pub struct SmoothModes {
     pub(super) orders: Vec<DMatrix<f64>>,
 }
 
-/// What lights of strength 1 in some directions give a diffuse and a specular sphere: by order, a row a function, a column a light at azimuth 0.
+/// What lights of strength 1 in some directions give a diffuse and a specular sphere: by order, a
+/// row a function, a column a light at azimuth 0.
 #[derive(Debug, Clone)]
 pub struct LightResponses {
     /// By order: sin mφ and cos mφ of each light.

@@ -14,7 +14,8 @@ use crate::{Error, Parallelism, Result};
 /// How a [`Training`] set is made.
 #[derive(Debug, Clone)]
 pub struct TrainingPlan {
-    /// The lobe, the size and the tolerance of the pictures; its turns are the cameras for each illumination.
+    /// The lobe, the size and the tolerance of the pictures; its turns are the cameras for each
+    /// illumination.
     pub plan: Plan,
     /// Into how many pictures each rendered sphere is developed.
     pub developments: usize,
@@ -23,7 +24,8 @@ pub struct TrainingPlan {
 }
 
 impl Default for TrainingPlan {
-    /// Sixteen cameras, two pictures of each sphere, twelve random reflectances a camera, rendered to a hundredth.
+    /// Sixteen cameras, two pictures of each sphere, twelve random reflectances a camera, rendered
+    /// to a hundredth.
     fn default() -> Self {
         Self {
             plan: Plan {
@@ -46,12 +48,14 @@ impl Default for TrainingPlan {
 }
 
 impl TrainingPlan {
-    /// Cameras all round: two of four level, the others −10° … 65° above the horizon; one of two far away, the others at 3.5 … 28 radii.
+    /// Cameras all round: two of four level, the others −10° … 65° above the horizon; one of two
+    /// far away, the others at 3.5 … 28 radii.
     fn cameras(&self) -> Result<Vec<Camera>> {
         let turns = self.plan.turns;
         (0..turns)
             .map(|i| {
-                // Halves, quarters, … of the range, in an order in which few are spread as evenly as many.
+                // Halves, quarters, … of the range, in an order in which few are spread as evenly
+                // as many.
                 let spread = (0.5 + 0.618_033_988_749_895 * i as f64).fract();
                 let elevation = if i % 4 < 2 {
                     0.0
@@ -78,9 +82,11 @@ impl TrainingPlan {
 impl Training {
     /// Renders the spheres to learn from and reads them as any renderer or camera may leave them.
     ///
-    /// Cameras are level or tilted, far or near; pictures are linear or photographs, well or badly exposed, with and without noise, and the sphere's
-    /// circle is known to about 1 %: what has learned from all of that is at home with each. `done` is called twice for each illumination. Each illumination is
-    /// taken for a scene of its own; set the [`scenes`](Dataset::scenes) of [`named`](Self::named) where that is not so.
+    /// Cameras are level or tilted, far or near; pictures are linear or photographs, well or badly
+    /// exposed, with and without noise, and the sphere's circle is known to about 1 %: what has
+    /// learned from all of that is at home with each. `done` is called twice for each illumination.
+    /// Each illumination is taken for a scene of its own; set the [`scenes`](Dataset::scenes) of
+    /// [`named`](Self::named) where that is not so.
     ///
     /// # Errors
     /// What the renderer or the reader finds wrong; [`Error::Empty`] where nothing is asked for.

@@ -1,9 +1,10 @@
 //! Numbers of about 106 bits as unevaluated sums of two doubles.
 //!
-//! Used where a double's rounding would show in a result that is promised to the last bits: the nodes
-//! and weights of quadrature, and recurrences that run through thousands of steps. The algorithms are
-//! Dekker's and Knuth's; their error bounds are in Joldes, Muller and Popescu 2017, *Tight and rigorous
-//! error bounds for basic building blocks of double-word arithmetic*, doi:10.1145/3121432.
+//! Used where a double's rounding would show in a result that is promised to the last bits: the
+//! nodes and weights of quadrature, and recurrences that run through thousands of steps. The
+//! algorithms are Dekker's and Knuth's; their error bounds are in Joldes, Muller and Popescu 2017,
+//! *Tight and rigorous error bounds for basic building blocks of double-word arithmetic*,
+//! doi:10.1145/3121432.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

@@ -1,7 +1,7 @@
 //! The exponential of a vector.
 //!
-//! Method: x = k ln 2 − r with |r| ≤ ln 2/2, in which ln 2 is held in two parts, so that k ln 2 is exact;
-//! e^r by its series to r¹³/13!, whose rest is below 2⁻⁵⁷; 2^−k by the bits of the exponent.
+//! Method: x = k ln 2 − r with |r| ≤ ln 2/2, in which ln 2 is held in two parts, so that k ln 2 is
+//! exact; e^r by its series to r¹³/13!, whose rest is below 2⁻⁵⁷; 2^−k by the bits of the exponent.
 //! Past 708, where e^(−x) comes near the smallest normal number, the answer is 0.
 
 use fearless_simd::{Select, f64x8, prelude::*};
@@ -12,7 +12,8 @@ const LANES: usize = 8;
 /// e^(−x) for x ≥ 0: 0 past 708, and to 2 ulp before it. Lanes that are not numbers give anything.
 #[inline(always)]
 pub(crate) fn exp_of_negative<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
-    /// ln 2 in two parts, of which the first has 20 trailing zero bits: its product with an exponent is exact.
+    /// ln 2 in two parts, of which the first has 20 trailing zero bits: its product with an
+    /// exponent is exact.
     const LN2_HIGH: f64 = f64::from_bits(std::f64::consts::LN_2.to_bits() & !0xf_ffff);
     /// ln 2 − `LN2_HIGH`, from the digits of ln 2 beyond the double.
     const LN2_LOW: f64 = (std::f64::consts::LN_2 - LN2_HIGH) + 2.319_046_813_846_299_6e-17;

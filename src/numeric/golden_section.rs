@@ -2,8 +2,8 @@
 
 /// Where in [`low`, `high`] a function with one minimum there is least, to `width`.
 ///
-/// Each step asks for one value and narrows the bracket by 0.618. Near a minimum values differ by the
-/// square of the distance, so a `width` below the root of their rounding gains nothing.
+/// Each step asks for one value and narrows the bracket by 0.618. Near a minimum values differ by
+/// the square of the distance, so a `width` below the root of their rounding gains nothing.
 ///
 /// # Errors
 /// The first error of `of`.

@@ -1,4 +1,5 @@
-//! Arithmetic and elementary functions under everything else: nothing here knows of spheres or light.
+//! Arithmetic and elementary functions under everything else: nothing here knows of spheres or
+//! light.
 //!
 //! | file | what | accuracy |
 //! | --- | --- | --- |

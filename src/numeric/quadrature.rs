@@ -41,8 +41,8 @@ fn check_nodes(n: usize) -> Result<()> {
 impl Rule {
     /// The Gauss–Legendre rule of `n` nodes, exact for polynomials of degree 2n − 1.
     ///
-    /// Newton's method on P_n from Tricomi's guess, the last step in double-double arithmetic, so that
-    /// nodes, sines and weights are correct to 2 ε relative. Costs O(n²).
+    /// Newton's method on P_n from Tricomi's guess, the last step in double-double arithmetic, so
+    /// that nodes, sines and weights are correct to 2 ε relative. Costs O(n²).
     ///
     /// # Errors
     /// [`Error::Domain`] unless 1 ≤ n ≤ [`MAX_NODES`].
@@ -60,7 +60,8 @@ impl Rule {
             sines: vec![1.0; n],
             weights: vec![0.0; n],
         };
-        // (2k + 1)/(k + 1) in the recurrence P_{k+1} = P_k + [k (P_k − P_{k−1}) − (2k+1)(1−x) P_k]/(k+1).
+        // (2k + 1)/(k + 1) in the recurrence P_{k+1} = P_k + [k (P_k − P_{k−1}) − (2k+1)(1−x)
+        // P_k]/(k+1).
         let ratios: Vec<DoubleDouble> = (0..n)
             .map(|k| {
                 DoubleDouble::from((2 * k + 1) as f64).divide(DoubleDouble::from((k + 1) as f64))
@@ -81,8 +82,8 @@ impl Rule {
         Ok(rule)
     }
 
-    /// Fejér's first rule: θᵢ = π (i + ½)/n, the pixel centres of a lat-long map; exact for polynomials of
-    /// degree n − 1.
+    /// Fejér's first rule: θᵢ = π (i + ½)/n, the pixel centres of a lat-long map; exact for
+    /// polynomials of degree n − 1.
     ///
     /// # Errors
     /// [`Error::Domain`] unless 1 ≤ n ≤ [`MAX_NODES`].
@@ -91,7 +92,8 @@ impl Rule {
         Ok(Self::equiangular(n, n, 1))
     }
 
-    /// The Clenshaw–Curtis rule: θᵢ = π i/(n − 1), both poles included; exact for polynomials of degree n − 1.
+    /// The Clenshaw–Curtis rule: θᵢ = π i/(n − 1), both poles included; exact for polynomials of
+    /// degree n − 1.
     ///
     /// # Errors
     /// [`Error::Domain`] unless 2 ≤ n ≤ [`MAX_NODES`].
@@ -107,8 +109,8 @@ impl Rule {
         Ok(Self::equiangular(n, n - 1, 0))
     }
 
-    /// The interpolatory rule at θᵢ = π (2i + shift)/(2 intervals), from the cosine series of f(cos θ):
-    /// ∫ cos(2jθ) sin θ dθ = −2/(4j² − 1).
+    /// The interpolatory rule at θᵢ = π (2i + shift)/(2 intervals), from the cosine series of f(cos
+    /// θ): ∫ cos(2jθ) sin θ dθ = −2/(4j² − 1).
     fn equiangular(n: usize, intervals: usize, shift: usize) -> Self {
         let period = 4 * intervals; // in units of π/(2 · intervals)
         let cosines: Vec<f64> = (0..period).map(|k| cos_turn(k, period)).collect();
@@ -125,7 +127,8 @@ impl Rule {
                 .push(cosines[(k + period - intervals) % period].abs());
             let mut sum = 0.0;
             for j in (1..=last).rev() {
-                // With the poles among the nodes the highest cosine is its own alias and counts half.
+                // With the poles among the nodes the highest cosine is its own alias and counts
+                // half.
                 let half = if shift == 0 && 2 * j == intervals {
                     0.5
                 } else {
@@ -205,7 +208,8 @@ fn gauss_legendre_node(n: usize, i: usize, ratios: &[DoubleDouble]) -> (f64, f64
     // (1 − x²) P_n′ = n (P_{n−1} − x P_n)
     let slope = (y * p - d).scale(nf); // = (1 − x²) P_n′
     let dx = -(p * s2).divide(slope); // Newton's correction
-    // d/dx [(1 − x²) P_n′] = −n(n+1) P_n, so the slope at the corrected node differs in second order only.
+    // d/dx [(1 − x²) P_n′] = −n(n+1) P_n, so the slope at the corrected node differs in second
+    // order only.
     let slope = slope - (p * dx).scale(nf * (nf + 1.0)).scale(0.5);
     let node = x + dx;
     let s2 = s2 - (x + node) * dx;

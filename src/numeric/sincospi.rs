@@ -18,7 +18,8 @@ const fn series(first: usize) -> [f64; 9] {
     terms
 }
 
-/// sin 2πu and cos 2πu for u in [0, 1], to which u is clamped: in turns the quadrant is split off exactly, and the rest is a short series.
+/// sin 2πu and cos 2πu for u in [0, 1], to which u is clamped: in turns the quadrant is split off
+/// exactly, and the rest is a short series.
 #[inline]
 pub(crate) fn sin_cos(u: f64) -> (f64, f64) {
     let u = u.clamp(0.0, 1.0);

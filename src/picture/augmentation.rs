@@ -19,12 +19,15 @@ const MARGIN: f64 = 0.15;
 /// A circle's centre and its radius are known to this share of the radius.
 const JITTER: f64 = 0.01;
 
-/// The sphere of a rendered picture after it has been through any renderer's or camera's hands and back: drawn by `seed`.
+/// The sphere of a rendered picture after it has been through any renderer's or camera's hands and
+/// back: drawn by `seed`.
 ///
-/// One picture in three stays linear, with noise of a share of 10⁻⁴ … 10^−1.7 in half of them, as paths traced leave it. The others are photographs:
-/// mean luminance 0.2 · 2^(±1.5) of what saturates, 2000 … 100 000 electrons and noise of 10^−3.3 … 10⁻² of saturation in seven of ten, JPEG of quality
-/// 80 … 98 in six of ten, else 8 bits as they are. The background is black or of the sphere's colour times 0.2 … 2. The circle is off by about 1 % of the
-/// radius. A focal length is known in half of the pictures.
+/// One picture in three stays linear, with noise of a share of 10⁻⁴ … 10^−1.7 in half of them, as
+/// paths traced leave it. The others are photographs: mean luminance 0.2 · 2^(±1.5) of what
+/// saturates, 2000 … 100 000 electrons and noise of 10^−3.3 … 10⁻² of saturation in seven of ten,
+/// JPEG of quality 80 … 98 in six of ten, else 8 bits as they are. The background is black or of
+/// the sphere's colour times 0.2 … 2. The circle is off by about 1 % of the radius. A focal length
+/// is known in half of the pictures.
 ///
 /// # Errors
 /// A black sphere, and one that cannot be read however often it is exposed anew.

@@ -2,7 +2,8 @@
 
 use crate::{Error, Result};
 
-/// A circle in a picture, in pixels from the left and the top; the first pixel's centre is at (½, ½).
+/// A circle in a picture, in pixels from the left and the top; the first pixel's centre is at (½,
+/// ½).
 ///
 /// ```
 /// use lobes::picture::Circle;

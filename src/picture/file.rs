@@ -9,15 +9,19 @@ use crate::{Error, Result};
 impl Picture {
     /// Reads a picture: linear OpenEXR, Radiance or PFM, or PNG or JPEG of up to 16 bits.
     ///
-    /// Codes are sRGB's unless the file says otherwise: cICP, iCCP and gAMA with cHRM of a PNG, an ICC profile of a JPEG or its EXIF's Adobe RGB. What is
-    /// said by curves and a matrix is converted to Rec. 709 ([`files::read`](crate::files::read) has how); profiles of tables, PQ and HLG, and CMYK are refused.
-    /// gAMA 0.45455 with sRGB's primaries is sRGB, since that is what the standard has sRGB's writers say besides. What an OpenEXR file lacks of its
-    /// display window is black, and transparent where there is an alpha channel.
+    /// Codes are sRGB's unless the file says otherwise: cICP, iCCP and gAMA with cHRM of a PNG, an
+    /// ICC profile of a JPEG or its EXIF's Adobe RGB. What is said by curves and a matrix is
+    /// converted to Rec. 709 ([`files::read`](crate::files::read) has how); profiles of tables, PQ
+    /// and HLG, and CMYK are refused. gAMA 0.45455 with sRGB's primaries is sRGB, since that is
+    /// what the standard has sRGB's writers say besides. What an OpenEXR file lacks of its display
+    /// window is black, and transparent where there is an alpha channel.
     ///
-    /// An alpha channel is the mask; EXIF's orientation is undone, and its focal length on film of 36 × 24 mm is used where present.
+    /// An alpha channel is the mask; EXIF's orientation is undone, and its focal length on film of
+    /// 36 × 24 mm is used where present.
     ///
     /// # Errors
-    /// [`Error::File`] for a file that cannot be read, is damaged, too large or holds a value that is not finite.
+    /// [`Error::File`] for a file that cannot be read, is damaged, too large or holds a value that
+    /// is not finite.
     pub fn read(path: &Path) -> Result<Self> {
         Self::decode(&files::read_bytes(path)?).map_err(|problem| problem.in_file(path))
     }
@@ -25,7 +29,8 @@ impl Picture {
     /// [`read`](Self::read), of the file's bytes.
     ///
     /// # Errors
-    /// [`Error::Contents`] for bytes that are damaged, claim too many pixels or hold a value that is not finite.
+    /// [`Error::Contents`] for bytes that are damaged, claim too many pixels or hold a value that
+    /// is not finite.
     pub fn of_bytes(bytes: &[u8]) -> Result<Self> {
         Self::decode(bytes).map_err(Problem::in_bytes)
     }
@@ -93,7 +98,8 @@ fn damaged(problem: &dyn std::fmt::Display) -> Problem {
     )
 }
 
-/// The pixels as EXIF's orientation, a number from 1 to 8, has them looked at, with the width and the height that they have then.
+/// The pixels as EXIF's orientation, a number from 1 to 8, has them looked at, with the width and
+/// the height that they have then.
 fn turned<T: Copy>(
     orientation: u32,
     [width, height]: [usize; 2],
@@ -160,7 +166,8 @@ mod tests {
         assert!(picture.is_encoded() && !picture.has_mask());
     }
 
-    /// A little TIFF of one entry: `FocalLengthIn35mmFilm` (0xa405), a short, in the EXIF directory.
+    /// A little TIFF of one entry: `FocalLengthIn35mmFilm` (0xa405), a short, in the EXIF
+    /// directory.
     #[test]
     fn exif_tells_the_focal_length() {
         let mut exif = b"II*\0\x08\0\0\0".to_vec();

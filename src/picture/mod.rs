@@ -1,4 +1,5 @@
-//! Pictures with a sphere in them: reading them, finding the sphere, taking them as a camera does, writing them.
+//! Pictures with a sphere in them: reading them, finding the sphere, taking them as a camera does,
+//! writing them.
 
 #[cfg(feature = "files")]
 mod augmentation;

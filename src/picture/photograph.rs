@@ -12,10 +12,11 @@ use crate::{Error, Result};
 
 /// A camera that sets its exposure by each picture and writes JPEG.
 ///
-/// The exposure puts the mean luminance of the sphere at `middle` times 2^u of what saturates, u uniform in ± `spread`. Light v (1
-/// saturates) has noise of variance v / `full_well` + `read_noise`²: shot noise and the sensor's own. Then values are clipped
-/// to [0, 1], encoded as sRGB in 8 bits and compressed. What is behind the sphere is a wall of its mean colour. Vignetting, a lens's flare,
-/// the colour filter's mosaic and a maker's tone curve are left out.
+/// The exposure puts the mean luminance of the sphere at `middle` times 2^u of what saturates, u
+/// uniform in ± `spread`. Light v (1 saturates) has noise of variance v / `full_well` +
+/// `read_noise`²: shot noise and the sensor's own. Then values are clipped to [0, 1], encoded as
+/// sRGB in 8 bits and compressed. What is behind the sphere is a wall of its mean colour.
+/// Vignetting, a lens's flare, the colour filter's mosaic and a maker's tone curve are left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Photograph {
     /// Where the mean luminance comes to lie.
@@ -60,7 +61,8 @@ impl Photograph {
         SphereImage::new(*image.camera(), size, pixels)
     }
 
-    /// The sRGB codes, on [0, 1], of a square picture of `size`² pixels whose sphere has the mean luminance `mean`.
+    /// The sRGB codes, on [0, 1], of a square picture of `size`² pixels whose sphere has the mean
+    /// luminance `mean`.
     pub(super) fn codes(
         &self,
         size: usize,

@@ -45,7 +45,8 @@ impl Picture {
     /// A picture of linear radiance.
     ///
     /// # Errors
-    /// [`Error::Length`] unless there are `width` · `height` pixels and one at least; [`Error::NotFinite`].
+    /// [`Error::Length`] unless there are `width` · `height` pixels and one at least;
+    /// [`Error::NotFinite`].
     pub fn linear(width: usize, height: usize, pixels: Vec<[f64; 3]>) -> Result<Self> {
         check_length("the picture", width.saturating_mul(height), pixels.len())?;
         if pixels.is_empty() {
@@ -74,7 +75,8 @@ impl Picture {
         })
     }
 
-    /// A picture of sRGB codes, each on [0, 1]: those of 8 bits over 255, of 16 bits over 65 535. Codes from 252/255 on are saturated.
+    /// A picture of sRGB codes, each on [0, 1]: those of 8 bits over 255, of 16 bits over 65 535.
+    /// Codes from 252/255 on are saturated.
     ///
     /// # Errors
     /// As [`linear`](Self::linear).
@@ -86,7 +88,8 @@ impl Picture {
         Ok(Self::linear(width, height, codes)?.as_encoded())
     }
 
-    /// The same radiance, taken as having come as sRGB codes: from that of the code 252/255 on it is saturated.
+    /// The same radiance, taken as having come as sRGB codes: from that of the code 252/255 on it
+    /// is saturated.
     #[cfg(feature = "files")]
     #[must_use]
     pub fn as_encoded(self) -> Self {
@@ -112,7 +115,8 @@ impl Picture {
         })
     }
 
-    /// With how much of each pixel a mask (an alpha channel) leaves, on [0, 1]. A mask that leaves everything is none.
+    /// With how much of each pixel a mask (an alpha channel) leaves, on [0, 1]. A mask that leaves
+    /// everything is none.
     ///
     /// # Errors
     /// [`Error::Length`] unless there is one value a pixel.
@@ -122,7 +126,8 @@ impl Picture {
         Ok(self)
     }
 
-    /// With the focal length in pixels, by which the camera's distance in radii of the sphere is known.
+    /// With the focal length in pixels, by which the camera's distance in radii of the sphere is
+    /// known.
     ///
     /// # Errors
     /// [`Error::Domain`] for one that is not positive and finite.

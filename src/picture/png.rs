@@ -24,8 +24,9 @@ pub fn encode_png(
     })
 }
 
-/// Spheres of one size side by side, `columns` in a row and `margin` pixels about each, as a PNG like that of [`encode_png`]. The pixels on
-/// their outlines are as opaque as the share of them that the sphere covers, so that outlines have no stairs on any ground.
+/// Spheres of one size side by side, `columns` in a row and `margin` pixels about each, as a PNG
+/// like that of [`encode_png`]. The pixels on their outlines are as opaque as the share of them
+/// that the sphere covers, so that outlines have no stairs on any ground.
 ///
 /// # Errors
 /// [`Error::Empty`]  without a sphere or a column, or for a size that PNG cannot hold.
@@ -136,7 +137,8 @@ mod tests {
     use super::*;
     use crate::reflection::Camera;
 
-    /// The opacities sum to the disc's area, π/4 of the square, far closer than the pixels whose centres it covers do.
+    /// The opacities sum to the disc's area, π/4 of the square, far closer than the pixels whose
+    /// centres it covers do.
     #[test]
     fn an_outline_is_as_opaque_as_the_sphere_covers_it() {
         let camera = Camera::orthographic(glam::DVec3::Z, glam::DVec3::Y).unwrap();

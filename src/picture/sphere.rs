@@ -12,7 +12,8 @@ use crate::{Error, Result};
 /// The sphere of a picture, cut out.
 #[derive(Debug, Clone)]
 pub struct Sphere {
-    /// Its picture, [`Self::SIZE`] pixels a side. The camera stands towards +z: orthographic, or as far as the focal length says.
+    /// Its picture, [`Self::SIZE`] pixels a side. The camera stands towards +z: orthographic, or as
+    /// far as the focal length says.
     pub image: SphereImage,
     /// The share of its pixels that are saturated.
     pub saturated: f64,
@@ -37,13 +38,15 @@ impl Sphere {
 /// The largest share of saturated pixels of a sphere that can still be read.
 const MOST_SATURATED: f64 = 0.9;
 
-/// A plateau at the largest value that takes up this share of a linear picture's sphere was cut off there.
+/// A plateau at the largest value that takes up this share of a linear picture's sphere was cut off
+/// there.
 const PLATEAU: f64 = 2e-3;
 
 impl Picture {
     /// Where the sphere is: by the mask where there is one, else found in the picture.
     ///
-    /// What was found should be looked at: a picture full of edges can hold a circle that is no sphere.
+    /// What was found should be looked at: a picture full of edges can hold a circle that is no
+    /// sphere.
     ///
     /// # Errors
     /// [`Error::NoSphere`] for a mask that is not round and a picture without a sphere.
@@ -51,8 +54,9 @@ impl Picture {
         Ok(self.circles()?.0)
     }
 
-    /// [`circle`](Self::circle), and what else in the picture may be a sphere: round things apart from it, of a similar size and almost as well seen.
-    /// A picture with a mask, or before a background of one value, has one.
+    /// [`circle`](Self::circle), and what else in the picture may be a sphere: round things apart
+    /// from it, of a similar size and almost as well seen. A picture with a mask, or before a
+    /// background of one value, has one.
     ///
     /// # Errors
     /// As [`circle`](Self::circle).
@@ -65,12 +69,13 @@ impl Picture {
 
     /// The sphere within a circle, cut out: each pixel the mean of what it covers.
     ///
-    /// Only pixels that lie in the circle as a whole are read, so that nothing of the background is mixed in; what lies farther out
-    /// is taken from the nearest of them.
+    /// Only pixels that lie in the circle as a whole are read, so that nothing of the background is
+    /// mixed in; what lies farther out is taken from the nearest of them.
     ///
     /// # Errors
-    /// [`Error::CircleOutside`] for a circle that leaves the picture, [`Error::TooSmall`] for one of less than 8 pixels in radius,
-    /// [`Error::Black`] and [`Error::Saturated`] for a sphere that is black or all but saturated.
+    /// [`Error::CircleOutside`] for a circle that leaves the picture, [`Error::TooSmall`] for one
+    /// of less than 8 pixels in radius, [`Error::Black`] and [`Error::Saturated`] for a sphere that
+    /// is black or all but saturated.
     pub fn sphere(&self, circle: Circle) -> Result<Sphere> {
         let slack = 1.0 + 0.01 * circle.radius;
         let Circle { x, y, radius } = circle;
@@ -100,7 +105,8 @@ impl Picture {
         let size = Sphere::SIZE;
         let pitch = 2.0 * radius / size as f64;
         let samples = (pitch.ceil() as usize).max(1);
-        // A whole pixel farther in than the outline, and what bilinear interpolation reaches for beyond.
+        // A whole pixel farther in than the outline, and what bilinear interpolation reaches for
+        // beyond.
         let limit = radius - 1.5;
         let whole = |column: usize, row: usize| {
             (column as f64 + 0.5 - x).hypot(row as f64 + 0.5 - y) < radius - 0.7
@@ -157,8 +163,8 @@ impl Picture {
         })
     }
 
-    /// The value from which on the pixels within a circle are saturated: that of codes or, in radiance, the largest one where so many
-    /// pixels have it that they were cut off there.
+    /// The value from which on the pixels within a circle are saturated: that of codes or, in
+    /// radiance, the largest one where so many pixels have it that they were cut off there.
     fn ceiling_within(&self, circle: Circle) -> f64 {
         if self.encoded {
             return self.ceiling;
@@ -186,7 +192,8 @@ impl Picture {
         }
     }
 
-    /// Bilinear among the pixels that `counts` (column, row) lets count, with the picture's edge continued; the nearest where none does.
+    /// Bilinear among the pixels that `counts` (column, row) lets count, with the picture's edge
+    /// continued; the nearest where none does.
     fn interpolate(&self, x: f64, y: f64, counts: impl Fn(usize, usize) -> bool) -> [f64; 3] {
         let clamp = |v: f64, length: usize| v.clamp(0.0, (length - 1) as f64);
         let (x, y) = (clamp(x - 0.5, self.width), clamp(y - 0.5, self.height));

@@ -5,8 +5,8 @@ use crate::named;
 
 /// The finish of a surface: how it shines, whatever its colour.
 ///
-/// The colour of a body and the colour of the light cannot be told apart where no highlight shows the light, so
-/// tables count the finish beside the name.
+/// The colour of a body and the colour of the light cannot be told apart where no highlight shows
+/// the light, so tables count the finish beside the name.
 ///
 /// ```
 /// use lobes::reflectance::{Finish, presets};
@@ -21,8 +21,8 @@ use crate::named;
 pub enum Finish {
     /// Nothing is specular.
     Matte,
-    /// A body under a clear surface: `ρ_s` is below [`Finish::METAL`], as Fresnel's equations have it for anything that
-    /// does not conduct (4 % at an index of 1.5, 18 % for diamond).
+    /// A body under a clear surface: `ρ_s` is below [`Finish::METAL`], as Fresnel's equations have
+    /// it for anything that does not conduct (4 % at an index of 1.5, 18 % for diamond).
     GlossyPlastic,
     /// A metal whose σ is at least [`Finish::ROUGH`].
     RoughMetal,
@@ -41,12 +41,12 @@ impl Finish {
 
     /// The mean `ρ_s` of the channels from which a material counts as a metal.
     ///
-    /// At normal incidence diamond, of index 2.42, reflects 0.17, and of the metals titanium, one of the darkest,
-    /// more than 0.4.
+    /// At normal incidence diamond, of index 2.42, reflects 0.17, and of the metals titanium, one
+    /// of the darkest, more than 0.4.
     pub const METAL: f64 = 0.2;
 
-    /// The σ from which a metal counts as rough: below it a picture of 128 pixels shows no blur, since the
-    /// pixels themselves are as wide.
+    /// The σ from which a metal counts as rough: below it a picture of 128 pixels shows no blur,
+    /// since the pixels themselves are as wide.
     pub const ROUGH: f64 = 0.02;
 
     /// The name that `FromStr` reads.
@@ -84,8 +84,8 @@ impl Material {
         }
     }
 
-    /// Whether pictures of the two differ in their colour and brightness alone and no highlight shows the colour of
-    /// the light: both are matte, or both are metals of one roughness.
+    /// Whether pictures of the two differ in their colour and brightness alone and no highlight
+    /// shows the colour of the light: both are matte, or both are metals of one roughness.
     ///
     /// The body of a metal, which is weak, is taken to be of the metal's colour.
     ///

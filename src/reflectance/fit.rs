@@ -1,7 +1,8 @@
 //! Fitting Ward's lobes to measured reflectance.
 //!
-//! The model is `f = ρ_d/π + ρ_s f_Ward(σ)`, and what is made small is `Σ w cos²θ_i (f − value)²`, the measure of Ngan, Durand and Matusik
-//! 2005, *Experimental Analysis of BRDF Models* ([doi:10.2312/EGWR/EGSR05/117-126](https://doi.org/10.2312/EGWR/EGSR05/117-126)).
+//! The model is `f = ρ_d/π + ρ_s f_Ward(σ)`, and what is made small is `Σ w cos²θ_i (f − value)²`,
+//! the measure of Ngan, Durand and Matusik 2005, *Experimental Analysis of BRDF Models*
+//! ([doi:10.2312/EGWR/EGSR05/117-126](https://doi.org/10.2312/EGWR/EGSR05/117-126)).
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 use std::path::Path;
@@ -42,8 +43,8 @@ pub enum Widths {
 pub struct Estimate {
     /// The value.
     pub value: f64,
-    /// Its standard error, from the residuals' scatter and the model's slopes: right where the noise is the same for every weighted residual and
-    /// independent from one to the next.
+    /// Its standard error, from the residuals' scatter and the model's slopes: right where the
+    /// noise is the same for every weighted residual and independent from one to the next.
     pub standard_error: f64,
 }
 
@@ -52,7 +53,8 @@ pub struct Estimate {
 pub struct Fit {
     /// Which lobe.
     pub variant: Variant,
-    /// `ρ_d`. Not held to be positive: a negative one says that the lobe does not describe the surface.
+    /// `ρ_d`. Not held to be positive: a negative one says that the lobe does not describe the
+    /// surface.
     pub diffuse: Estimate,
     /// `ρ_s`; as for `ρ_d`.
     pub specular: Estimate,
@@ -82,12 +84,15 @@ const MOST_STEPS: usize = 200;
 
 /// Fits a lobe by least squares.
 ///
-/// For one σ the two albedos are a linear problem: σ is scanned from 0.002 to 1, and from the best three unknowns (`ρ_d`, `ρ_s`, ln σ) are refined
-/// together (Levenberg 1944, Marquardt 1963, [doi:10.1137/0111030](https://doi.org/10.1137/0111030)); for two widths, four.
+/// For one σ the two albedos are a linear problem: σ is scanned from 0.002 to 1, and from the best
+/// three unknowns (`ρ_d`, `ρ_s`, ln σ) are refined together (Levenberg 1944, Marquardt 1963,
+/// [doi:10.1137/0111030](https://doi.org/10.1137/0111030)); for two widths, four.
 ///
 /// # Errors
-/// [`Error::Undetermined`] if the measurements do not determine the parameters: no light near the mirror direction, no highlight that is twice its
-/// standard error, a σ at the end of its domain; [`Error::TooFew`] if there are fewer than five, or if the method does not settle; [`Error::Domain`] if a direction is not a unit vector above the horizon or a weight is negative;
+/// [`Error::Undetermined`] if the measurements do not determine the parameters: no light near the
+/// mirror direction, no highlight that is twice its standard error, a σ at the end of its domain;
+/// [`Error::TooFew`] if there are fewer than five, or if the method does not settle;
+/// [`Error::Domain`] if a direction is not a unit vector above the horizon or a weight is negative;
 /// [`Error::NotFinite`] if a value is not finite.
 ///
 /// ```
@@ -276,7 +281,8 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// The residuals `√w (cos θ_i f − cos θ_i value)` of `(ρ_d, ρ_s, ln σ)` or `(ρ_d, ρ_s, ln σ_x, ln σ_y)`.
+/// The residuals `√w (cos θ_i f − cos θ_i value)` of `(ρ_d, ρ_s, ln σ)` or `(ρ_d, ρ_s, ln σ_x, ln
+/// σ_y)`.
 fn residual_vector(
     measurements: &[Measurement],
     variant: Variant,
@@ -450,13 +456,16 @@ impl Unreadable {
     }
 }
 
-/// Reads measurements from a table of comma-separated `theta_i, phi_i, theta_o, phi_o, value`, angles in degrees.
+/// Reads measurements from a table of comma-separated `theta_i, phi_i, theta_o, phi_o, value`,
+/// angles in degrees.
 ///
-/// θ is from the normal and φ about it from the tangent +x. Empty lines and lines that begin with `#` are skipped, and so is a first line of five
-/// names, none of which is a number or begins with a digit. A byte order mark is no part of the first field. Each measurement has weight 1.
+/// θ is from the normal and φ about it from the tangent +x. Empty lines and lines that begin with
+/// `#` are skipped, and so is a first line of five names, none of which is a number or begins with
+/// a digit. A byte order mark is no part of the first field. Each measurement has weight 1.
 ///
 /// # Errors
-/// [`Error::File`] if the file cannot be read or a line, which it names, is not five numbers, lies below the horizon or has a negative value.
+/// [`Error::File`] if the file cannot be read or a line, which it names, is not five numbers, lies
+/// below the horizon or has a negative value.
 #[cfg(feature = "files")]
 pub fn read_csv(path: &Path) -> Result<Vec<Measurement>> {
     let bytes = std::fs::read(path)
@@ -467,7 +476,8 @@ pub fn read_csv(path: &Path) -> Result<Vec<Measurement>> {
 /// [`read_csv`], of text in memory.
 ///
 /// # Errors
-/// [`Error::Contents`] if a line, which it names, is not five numbers, lies below the horizon or has a negative value.
+/// [`Error::Contents`] if a line, which it names, is not five numbers, lies below the horizon or
+/// has a negative value.
 #[cfg(feature = "files")]
 pub fn parse_csv(text: &str) -> Result<Vec<Measurement>> {
     csv(text.as_bytes()).map_err(Unreadable::in_bytes)
@@ -559,14 +569,17 @@ const MERL_SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// Its cells over `θ_h` (uniform in the root), `θ_d` and `φ_d` (half a turn).
 const MERL_CELLS: [usize; 3] = [90, 90, 180];
 
-/// Reads one channel (0 red, 1 green, 2 blue) of a `.binary` file of the MERL database (Matusik, Pfister, Brand and McMillan 2003, *A Data-Driven
-/// Reflectance Model*, [doi:10.1145/882262.882343](https://doi.org/10.1145/882262.882343)).
+/// Reads one channel (0 red, 1 green, 2 blue) of a `.binary` file of the MERL database (Matusik,
+/// Pfister, Brand and McMillan 2003, *A Data-Driven Reflectance Model*,
+/// [doi:10.1145/882262.882343](https://doi.org/10.1145/882262.882343)).
 ///
-/// A cell stands for its centre in (`θ_h`, `θ_d`, `φ_d`) and counts its share of `dω_i` `dω_o` = 4 cos `θ_d` `dω_h` `dω_d`. Cells that hold a negative
-/// number (not measured) or lie below the horizon are left out.
+/// A cell stands for its centre in (`θ_h`, `θ_d`, `φ_d`) and counts its share of `dω_i` `dω_o` = 4
+/// cos `θ_d` `dω_h` `dω_d`. Cells that hold a negative number (not measured) or lie below the
+/// horizon are left out.
 ///
 /// # Errors
-/// [`Error::File`] if the file cannot be read or does not have the format's 90 × 90 × 180 cells; [`Error::Domain`] if the channel is not 0, 1 or 2.
+/// [`Error::File`] if the file cannot be read or does not have the format's 90 × 90 × 180 cells;
+/// [`Error::Domain`] if the channel is not 0, 1 or 2.
 pub fn read_merl(path: &Path, channel: usize) -> Result<Vec<Measurement>> {
     let scale = merl_scale(channel)?;
     let bytes = std::fs::read(path).map_err(|error| not_merl(error.to_string()).in_file(path))?;
@@ -576,7 +589,8 @@ pub fn read_merl(path: &Path, channel: usize) -> Result<Vec<Measurement>> {
 /// [`read_merl`], of bytes in memory.
 ///
 /// # Errors
-/// [`Error::Contents`] if the bytes are not the format's 90 × 90 × 180 cells; [`Error::Domain`] if the channel is not 0, 1 or 2.
+/// [`Error::Contents`] if the bytes are not the format's 90 × 90 × 180 cells; [`Error::Domain`] if
+/// the channel is not 0, 1 or 2.
 pub fn parse_merl(bytes: &[u8], channel: usize) -> Result<Vec<Measurement>> {
     merl(bytes, channel, merl_scale(channel)?).map_err(Unreadable::in_bytes)
 }

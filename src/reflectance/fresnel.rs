@@ -10,11 +10,13 @@ pub const MIN_INDEX: f64 = 0.001;
 /// The largest index of refraction and the largest extinction of a [`Fresnel`].
 pub const MAX_INDEX: f64 = 100.0;
 
-/// What share of unpolarised light a smooth boundary reflects, as a function of the angle of incidence.
+/// What share of unpolarised light a smooth boundary reflects, as a function of the angle of
+/// incidence.
 ///
-/// The parameters are those of one channel: a coloured metal is one `Fresnel` a channel. Light comes from the outside, so indices are relative to
-/// what is outside, which is air as a rule. With c the cosine of the angle between the light and the boundary's normal, which is the half vector in a
-/// microfacet lobe, the reflectance is as said at each variant.
+/// The parameters are those of one channel: a coloured metal is one `Fresnel` a channel. Light
+/// comes from the outside, so indices are relative to what is outside, which is air as a rule. With
+/// c the cosine of the angle between the light and the boundary's normal, which is the half vector
+/// in a microfacet lobe, the reflectance is as said at each variant.
 ///
 /// ```
 /// use lobes::reflectance::Fresnel;
@@ -29,8 +31,8 @@ pub const MAX_INDEX: f64 = 100.0;
 pub enum Fresnel {
     /// The same at every angle, in [0, 1]. Of 1 it is the white furnace of a lobe.
     Constant(f64),
-    /// `F₀ + (1 − F₀)(1 − c)⁵`: Schlick 1994, *An Inexpensive BRDF Model for Physically-based Rendering*,
-    /// [doi:10.1111/1467-8659.1330233](https://doi.org/10.1111/1467-8659.1330233).
+    /// `F₀ + (1 − F₀)(1 − c)⁵`: Schlick 1994, *An Inexpensive BRDF Model for Physically-based
+    /// Rendering*, [doi:10.1111/1467-8659.1330233](https://doi.org/10.1111/1467-8659.1330233).
     Schlick {
         /// `F₀`, the reflectance along the normal, in [0, 1].
         normal: f64,
@@ -41,8 +43,8 @@ pub enum Fresnel {
         /// n, in [1, [`MAX_INDEX`]].
         index: f64,
     },
-    /// Fresnel's equations for an absorbing body: as for the dielectric, with the complex index n + ik in place of n and the moduli of the
-    /// two fractions.
+    /// Fresnel's equations for an absorbing body: as for the dielectric, with the complex index n +
+    /// ik in place of n and the moduli of the two fractions.
     Conductor {
         /// n, in [[`MIN_INDEX`], [`MAX_INDEX`]].
         index: f64,
@@ -96,10 +98,12 @@ impl Fresnel {
         }
     }
 
-    /// The share that is reflected at this cosine of the angle of incidence, which is taken to the nearest of [0, 1].
+    /// The share that is reflected at this cosine of the angle of incidence, which is taken to the
+    /// nearest of [0, 1].
     ///
-    /// To 10⁻¹⁴ of the value, but for an index within a thousandth of 1, of which next to nothing is reflected. A NaN where the cosine is one or
-    /// where a parameter is not allowed ([`check`](Self::check)).
+    /// To 10⁻¹⁴ of the value, but for an index within a thousandth of 1, of which next to nothing
+    /// is reflected. A NaN where the cosine is one or where a parameter is not allowed
+    /// ([`check`](Self::check)).
     pub fn reflectance(self, cosine: f64) -> f64 {
         let c = cosine.clamp(0.0, 1.0);
         match self {
@@ -110,7 +114,8 @@ impl Fresnel {
                 let square = index * index;
                 let excess = (index - 1.0) * (index + 1.0);
                 let g = (excess + c * c).sqrt();
-                // The differences c² − g² and n⁴c² − g² without their cancellation. Nothing over nothing is what an index of 1 has at grazing.
+                // The differences c² − g² and n⁴c² − g² without their cancellation. Nothing over
+                // nothing is what an index of 1 has at grazing.
                 let over = |part: f64, sum: f64| part / (sum * sum).max(f64::MIN_POSITIVE);
                 let across = over(excess, c + g);
                 let along = over(excess * ((square + 1.0) * c * c - 1.0), square * c + g);

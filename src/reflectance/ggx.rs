@@ -15,10 +15,12 @@ use crate::{Error, Result, vectors};
 pub const MIN_ALPHA: f64 = 0.001;
 
 /// A lobe of microfacets whose normals are distributed as *GGX* has it: Trowbridge and Reitz 1975,
-/// [doi:10.1364/JOSA.65.000531](https://doi.org/10.1364/JOSA.65.000531); Walter, Marschner, Li and Torrance 2007, *Microfacet Models for Refraction
-/// through Rough Surfaces*, [doi:10.2312/EGWR/EGSR07/195-206](https://doi.org/10.2312/EGWR/EGSR07/195-206).
+/// [doi:10.1364/JOSA.65.000531](https://doi.org/10.1364/JOSA.65.000531); Walter, Marschner, Li and
+/// Torrance 2007, *Microfacet Models for Refraction through Rough Surfaces*,
+/// [doi:10.2312/EGWR/EGSR07/195-206](https://doi.org/10.2312/EGWR/EGSR07/195-206).
 ///
-/// With the half vector h = (x, y, 1)/√(1 + x² + y²), whose slopes are x and y, and `c_v`, `c_i` the cosines of view and light:
+/// With the half vector h = (x, y, 1)/√(1 + x² + y²), whose slopes are x and y, and `c_v`, `c_i`
+/// the cosines of view and light:
 ///
 /// ```text
 /// f = F(h·v) D G₂ / (4 c_v c_i)
@@ -26,11 +28,14 @@ pub const MIN_ALPHA: f64 = 0.001;
 /// G₂ = 1 / (1 + Λ(v) + Λ(i)),   Λ(v) = (√(1 + (α_x² v_x² + α_y² v_y²)/v_z²) − 1)/2
 /// ```
 ///
-/// G₂ is Smith's factor for masking and shadowing that are correlated by height: Heitz 2014, *Understanding the Masking-Shadowing Function in
-/// Microfacet-Based BRDFs*, [JCGT 3(2)](https://jcgt.org/published/0003/02/03/). F is a [`Fresnel`] reflectance. Light that is reflected twice
-/// between facets is not there, so that the white furnace of a rough lobe is below 1: its [`albedo`](Self::albedo) says by how much.
+/// G₂ is Smith's factor for masking and shadowing that are correlated by height: Heitz 2014,
+/// *Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs*, [JCGT
+/// 3(2)](https://jcgt.org/published/0003/02/03/). F is a [`Fresnel`] reflectance. Light that is
+/// reflected twice between facets is not there, so that the white furnace of a rough lobe is below
+/// 1: its [`albedo`](Self::albedo) says by how much.
 ///
-/// α runs from [`MIN_ALPHA`] to 1. Programs that speak of a *roughness* mostly mean its square root.
+/// α runs from [`MIN_ALPHA`] to 1. Programs that speak of a *roughness* mostly mean its square
+/// root.
 ///
 /// ```
 /// use lobes::{glam::DVec3, reflectance::{Fresnel, Ggx}};
@@ -53,7 +58,8 @@ impl Ggx {
     /// A lobe whose slopes have the same width α in every direction.
     ///
     /// # Errors
-    /// [`Error::Domain`] if α is not in [[`MIN_ALPHA`], 1] or a parameter of the reflectance is not allowed.
+    /// [`Error::Domain`] if α is not in [[`MIN_ALPHA`], 1] or a parameter of the reflectance is not
+    /// allowed.
     pub fn isotropic(alpha: f64, fresnel: Fresnel) -> Result<Self> {
         Self::anisotropic(alpha, alpha, fresnel)
     }
@@ -97,9 +103,11 @@ impl Ggx {
         self.alpha[0] == self.alpha[1]
     }
 
-    /// D, the density of the facets' normals over solid angle, in sr⁻¹, at a half vector, which need not be of unit length.
+    /// D, the density of the facets' normals over solid angle, in sr⁻¹, at a half vector, which
+    /// need not be of unit length.
     ///
-    /// ∫ D cos δ dω = 1. 0 where the half vector does not point above the [`HORIZON`], and for anything that is not finite.
+    /// ∫ D cos δ dω = 1. 0 where the half vector does not point above the [`HORIZON`], and for
+    /// anything that is not finite.
     pub fn distribution(&self, half: DVec3) -> f64 {
         if !(half.z > HORIZON && half.is_finite()) {
             return 0.0;
@@ -122,7 +130,8 @@ impl Ggx {
         (direction.z * direction.z + x * x + y * y).sqrt()
     }
 
-    /// G₂, the share of facets that both view and light see, correlated by height. 0 as [`evaluate`](Self::evaluate) is.
+    /// G₂, the share of facets that both view and light see, correlated by height. 0 as
+    /// [`evaluate`](Self::evaluate) is.
     pub fn masking(&self, view: DVec3, light: DVec3) -> f64 {
         if !(visible(view) && visible(light)) {
             return 0.0;
@@ -133,13 +142,15 @@ impl Ggx {
 
     /// `f·c_i`, the lobe times the light's cosine, in sr⁻¹.
     ///
-    /// 0 where either direction is below the [`HORIZON`] or not of unit length (its square within 10⁻⁶ of 1), which
-    /// [`evaluate_batch`](Self::evaluate_batch) refuses. Never a NaN. To 10⁻¹⁴ of the value.
+    /// 0 where either direction is below the [`HORIZON`] or not of unit length (its square within
+    /// 10⁻⁶ of 1), which [`evaluate_batch`](Self::evaluate_batch) refuses. Never a NaN. To 10⁻¹⁴ of
+    /// the value.
     pub fn evaluate(&self, view: DVec3, light: DVec3) -> f64 {
         light.z * self.brdf(view, light)
     }
 
-    /// f, the lobe without the light's cosine, in sr⁻¹: symmetric in view and light. 0 as [`evaluate`](Self::evaluate) is.
+    /// f, the lobe without the light's cosine, in sr⁻¹: symmetric in view and light. 0 as
+    /// [`evaluate`](Self::evaluate) is.
     pub fn brdf(&self, view: DVec3, light: DVec3) -> f64 {
         if !(visible(view) && visible(light)) {
             return 0.0;
@@ -150,11 +161,12 @@ impl Ggx {
         self.fresnel.reflectance(0.5 * half.length()) * self.density(half) * (0.5 / scale)
     }
 
-    /// [`evaluate`](Self::evaluate) for many lights; 0 where one is below the [`HORIZON`], and everywhere if the view is.
+    /// [`evaluate`](Self::evaluate) for many lights; 0 where one is below the [`HORIZON`], and
+    /// everywhere if the view is.
     ///
     /// # Errors
-    /// [`Error::Length`] if `out` is not as long as `lights`; [`Error::Domain`] for a direction that is not of unit length (its square within
-    /// 10⁻⁶ of 1).
+    /// [`Error::Length`] if `out` is not as long as `lights`; [`Error::Domain`] for a direction
+    /// that is not of unit length (its square within 10⁻⁶ of 1).
     pub fn evaluate_batch(&self, view: DVec3, lights: &[DVec3], out: &mut [f64]) -> Result<()> {
         crate::error::check_length("the output of a batch", lights.len(), out.len())?;
         for direction in std::iter::once(&view).chain(lights) {
@@ -235,10 +247,11 @@ impl Ggx {
 
     /// Draws a light by the visible normals from two numbers of [0, 1).
     ///
-    /// The half vector is drawn as often as the view sees it, `max(0, h·v) D G₁(v)/c_v`, on a spherical cap: Dupuy and Benyoub 2023, *Sampling Visible
-    /// GGX Normals with Spherical Caps*, [doi:10.1111/cgf.14867](https://doi.org/10.1111/cgf.14867), which draws the density of Heitz 2018,
-    /// [JCGT 7(4)](https://jcgt.org/published/0007/04/01/). The weight is F G₂/G₁(v), at most 1; a light below the horizon has weight 0, and so has every
-    /// light of a view that is.
+    /// The half vector is drawn as often as the view sees it, `max(0, h·v) D G₁(v)/c_v`, on a
+    /// spherical cap: Dupuy and Benyoub 2023, *Sampling Visible GGX Normals with Spherical Caps*,
+    /// [doi:10.1111/cgf.14867](https://doi.org/10.1111/cgf.14867), which draws the density of Heitz
+    /// 2018, [JCGT 7(4)](https://jcgt.org/published/0007/04/01/). The weight is F G₂/G₁(v), at most
+    /// 1; a light below the horizon has weight 0, and so has every light of a view that is.
     pub fn sample(&self, view: DVec3, u: [f64; 2]) -> Sample {
         let none = |light| Sample { light, weight: 0.0 };
         if !visible(view) {
@@ -269,9 +282,11 @@ impl Ggx {
         }
     }
 
-    /// The density, in sr⁻¹, with which [`sample`](Self::sample) draws a light above the horizon: `G₁(v) D/(4 c_v)`.
+    /// The density, in sr⁻¹, with which [`sample`](Self::sample) draws a light above the horizon:
+    /// `G₁(v) D/(4 c_v)`.
     ///
-    /// Its integral is the share of the draws that are above the horizon. 0 where [`evaluate`](Self::evaluate) is 0 by definition.
+    /// Its integral is the share of the draws that are above the horizon. 0 where
+    /// [`evaluate`](Self::evaluate) is 0 by definition.
     pub fn pdf(&self, view: DVec3, light: DVec3) -> f64 {
         if !(visible(view) && visible(light)) {
             return 0.0;

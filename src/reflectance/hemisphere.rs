@@ -1,8 +1,10 @@
 //! Integrals over a round lobe, row by row of the light's elevation.
 //!
-//! In elevations e = π/2 − θ the slope of the half vector is `t² = tan²((e_i − e_v)/2) + 4 s_v s_i sin²(φ/2)/(c_v + c_i)²`, with φ from the plane
-//! of incidence: the light fills a rectangle, and over φ the lobe is e^(κ cos φ), of which the trapezoidal rule asks few nodes. For wide lobes this is
-//! many times cheaper than the plane of slopes ([`slope`](super::slope)), whose rows the horizon cuts; for narrow ones the slopes are cheaper.
+//! In elevations e = π/2 − θ the slope of the half vector is `t² = tan²((e_i − e_v)/2) + 4 s_v s_i
+//! sin²(φ/2)/(c_v + c_i)²`, with φ from the plane of incidence: the light fills a rectangle, and
+//! over φ the lobe is e^(κ cos φ), of which the trapezoidal rule asks few nodes. For wide lobes
+//! this is many times cheaper than the plane of slopes ([`slope`](super::slope)), whose rows the
+//! horizon cuts; for narrow ones the slopes are cheaper.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -75,7 +77,8 @@ impl Row {
     }
 }
 
-/// Visits rows of lights above the horizon for a view at (sine, cosine) from the normal; with `degree` as for [`slope::visit`](super::slope::visit).
+/// Visits rows of lights above the horizon for a view at (sine, cosine) from the normal; with
+/// `degree` as for [`slope::visit`](super::slope::visit).
 pub(super) fn rows((sine, cosine): (f64, f64), sigma: f64, degree: f64, mut at: impl FnMut(&Row)) {
     let view = cosine.atan2(sine);
     let reach = 2.0 * (REACH * sigma).atan();
@@ -88,7 +91,8 @@ pub(super) fn rows((sine, cosine): (f64, f64), sigma: f64, degree: f64, mut at: 
     let high = (view + reach).min(FRAC_PI_2);
     let mut from = low;
     while from < high {
-        // √c_i has a branch at the horizon, which θ = w² undoes; it doubles the degree. 1/(c_v + c_i) has its pole as far below as the view is above.
+        // √c_i has a branch at the horizon, which θ = w² undoes; it doubles the degree. 1/(c_v +
+        // c_i) has its pole as far below as the view is above.
         let at_horizon = from == 0.0;
         let length = if at_horizon {
             (0.5 * longest).min(2.0 * view)

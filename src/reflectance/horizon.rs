@@ -8,8 +8,8 @@ use libm::erfc;
 use super::slope;
 use crate::numeric::sixteen_points::RULE;
 
-/// The share for a view of (sine, cosine), cosine > 0: the mass of a Gaussian of slopes in the disk of
-/// [`slope`](super::slope), the inner integral in closed form.
+/// The share for a view of (sine, cosine), cosine > 0: the mass of a Gaussian of slopes in the disk
+/// of [`slope`](super::slope), the inner integral in closed form.
 pub(super) fn share((sine, cosine): (f64, f64), sigma: f64) -> f64 {
     let reach = slope::REACH * sigma * cosine;
     if reach < 1.0 {
@@ -53,7 +53,8 @@ const TERMS: usize = 16;
 /// Pieces of the table.
 const PIECES: usize = 8;
 
-/// 1 over [`share`] for one σ, tabled over the tangent of half the elevation: what an evaluation can afford.
+/// 1 over [`share`] for one σ, tabled over the tangent of half the elevation: what an evaluation
+/// can afford.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Horizon {
     /// The share is 1 from here on, but for e^(−1/σ²) where the table ends at 1.
@@ -80,8 +81,8 @@ impl Horizon {
                 );
                 1.0 / share(view, sigma)
             });
-            // … in powers of u, T₀ = 1, T₁ = u, T_{j+1} = 2u T_j − T_{j−1}. Its coefficients fall by 10 and more from each to the next,
-            // so the powers' do not cancel.
+            // … in powers of u, T₀ = 1, T₁ = u, T_{j+1} = 2u T_j − T_{j−1}. Its coefficients fall
+            // by 10 and more from each to the next, so the powers' do not cancel.
             let (mut before, mut polynomial) = ([0.0; TERMS], [0.0; TERMS]);
             polynomial[0] = 1.0;
             for j in 0..TERMS {
@@ -111,7 +112,8 @@ impl Horizon {
         }
     }
 
-    /// 1 over the share. Not inlined: in the evaluation of the lobes that do not need it, it doubles their time.
+    /// 1 over the share. Not inlined: in the evaluation of the lobes that do not need it, it
+    /// doubles their time.
     #[inline(never)]
     pub(super) fn renormalisation(&self, cosine: f64) -> f64 {
         let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();

@@ -15,11 +15,13 @@ use crate::{Error, Parallelism, Result};
 /// The largest degree of [`IsotropicCoefficients`].
 pub const MAX_ISOTROPIC_DEGREE: usize = 32;
 
-/// `ρ̂_lpq` of Ramamoorthi and Hanrahan 2001 ([doi:10.1145/383259.383271](https://doi.org/10.1145/383259.383271)), §4:
-/// `f c_i = Σ ρ̂_lpq Y_lq(light) Y_pq(view)`, light and view in the surface's frame.
+/// `ρ̂_lpq` of Ramamoorthi and Hanrahan 2001
+/// ([doi:10.1145/383259.383271](https://doi.org/10.1145/383259.383271)), §4: `f c_i = Σ ρ̂_lpq
+/// Y_lq(light) Y_pq(view)`, light and view in the surface's frame.
 ///
-/// For an isotropic BRDF that is the same seen in a mirror the two real harmonics have the same order q, and −q the same
-/// coefficient as q. Reflection is then, degree by degree, `B_pq = Σ_l ρ̂_lpq L_lq`, for light L in the surface's frame.
+/// For an isotropic BRDF that is the same seen in a mirror the two real harmonics have the same
+/// order q, and −q the same coefficient as q. Reflection is then, degree by degree, `B_pq = Σ_l
+/// ρ̂_lpq L_lq`, for light L in the surface's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IsotropicCoefficients {
     light_degree: usize,
@@ -29,15 +31,18 @@ pub struct IsotropicCoefficients {
 }
 
 impl IsotropicCoefficients {
-    /// The coefficients of an isotropic lobe at `ρ_s` = 1, light to `light_degree` and view to `view_degree`.
+    /// The coefficients of an isotropic lobe at `ρ_s` = 1, light to `light_degree` and view to
+    /// `view_degree`.
     ///
-    /// Quadrature over both elevations, with panels that shrink towards the horizon, and over the azimuth between light and view; the bound is 10⁻¹²
-    /// for σ from 0.005 to 1. As a function of the view a lobe ends abruptly at the horizon, so the sum over p converges slowly there; the sum over l
-    /// is what light of limited degree needs.
+    /// Quadrature over both elevations, with panels that shrink towards the horizon, and over the
+    /// azimuth between light and view; the bound is 10⁻¹² for σ from 0.005 to 1. As a function of
+    /// the view a lobe ends abruptly at the horizon, so the sum over p converges slowly there; the
+    /// sum over l is what light of limited degree needs.
     ///
     /// # Errors
-    /// [`Error::Degree`] beyond [`MAX_ISOTROPIC_DEGREE`]; [`Error::Undefined`] for an anisotropic lobe, and for [`Variant::Duer`], whose albedo grows
-    /// as 1/cos `θ_v` towards grazing: its integral over views is infinite.
+    /// [`Error::Degree`] beyond [`MAX_ISOTROPIC_DEGREE`]; [`Error::Undefined`] for an anisotropic
+    /// lobe, and for [`Variant::Duer`], whose albedo grows as 1/cos `θ_v` towards grazing: its
+    /// integral over views is infinite.
     ///
     /// ```
     /// use lobes::reflectance::{IsotropicCoefficients, Variant, Ward};
@@ -116,11 +121,13 @@ impl IsotropicCoefficients {
     }
 }
 
-/// Below this elevation nothing of a lobe that has coefficients is left to integrate: 10⁻⁶ of the domain, and what is lost is the error of one panel.
+/// Below this elevation nothing of a lobe that has coefficients is left to integrate: 10⁻⁶ of the
+/// domain, and what is lost is the error of one panel.
 const LOWEST: f64 = 1e-6;
 
-/// Elevations of a view and their weights: panels of sixteen nodes, longer by four from each to the next where √`c_v` and `c_v` ln `c_v` begin, and no longer
-/// than the lobe is wide while the horizon cuts it.
+/// Elevations of a view and their weights: panels of sixteen nodes, longer by four from each to the
+/// next where √`c_v` and `c_v` ln `c_v` begin, and no longer than the lobe is wide while the
+/// horizon cuts it.
 fn view_elevations(sigma: f64, degree: usize) -> Vec<(f64, f64)> {
     let smooth = (12.0 / degree.max(1) as f64).min(0.6);
     let mut nodes = Vec::new();
@@ -181,7 +188,8 @@ impl Projection {
             self.by_order.fill(0.0);
             row.visit(|light| {
                 let value = factor.at(light.tan2);
-                // cos q(π + φ), the light lying opposite to the view, by Chebyshev's recurrence from cos φ = 2 sin²(φ/2) − 1 turned by π.
+                // cos q(π + φ), the light lying opposite to the view, by Chebyshev's recurrence
+                // from cos φ = 2 sin²(φ/2) − 1 turned by π.
                 let (half_sine, half_cosine) = light.half_azimuth;
                 let turn = (half_sine - half_cosine) * (half_sine + half_cosine);
                 let (mut before, mut now) = (turn, 1.0);

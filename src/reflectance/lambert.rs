@@ -1,7 +1,7 @@
 //! Lambert's reflectance in frequency.
 //!
-//! The kernel is the clamped cosine, so that `B_lm = A_l L_lm` is the irradiance of the light `L_lm`, and the radiance
-//! of a surface of albedo `ρ_d` is that times `ρ_d` / π.
+//! The kernel is the clamped cosine, so that `B_lm = A_l L_lm` is the irradiance of the light
+//! `L_lm`, and the radiance of a surface of albedo `ρ_d` is that times `ρ_d` / π.
 
 use std::f64::consts::PI;
 
@@ -14,10 +14,11 @@ pub const MAX_TRANSFER_DEGREE: usize = 1 << 20;
 /// `A_l = Λ_l ρ̂_l`, the factor by which the degree l of the light appears in the irradiance:
 /// `∫ max(cos θ, 0) P_l(cos θ) dω`.
 ///
-/// `A_0 = π`, `A_1 = 2π/3`, `A_2 = π/4`, `A_{l+2} = −A_l (l − 1)/(l + 4)`, and 0 for every odd l > 1 (Basri and Jacobs
-/// 2003, [doi:10.1109/TPAMI.2003.1177153](https://doi.org/10.1109/TPAMI.2003.1177153); Ramamoorthi and Hanrahan 2001,
-/// [doi:10.1364/JOSAA.18.002448](https://doi.org/10.1364/JOSAA.18.002448)). Each step of the recurrence is a product, so
-/// nothing cancels, whatever the degree.
+/// `A_0 = π`, `A_1 = 2π/3`, `A_2 = π/4`, `A_{l+2} = −A_l (l − 1)/(l + 4)`, and 0 for every odd l >
+/// 1 (Basri and Jacobs 2003,
+/// [doi:10.1109/TPAMI.2003.1177153](https://doi.org/10.1109/TPAMI.2003.1177153); Ramamoorthi and
+/// Hanrahan 2001, [doi:10.1364/JOSAA.18.002448](https://doi.org/10.1364/JOSAA.18.002448)). Each
+/// step of the recurrence is a product, so nothing cancels, whatever the degree.
 ///
 /// ```
 /// use lobes::reflectance::lambert;
@@ -29,7 +30,8 @@ pub fn transfer(degree: usize) -> f64 {
         1 => 2.0 * PI / 3.0,
         degree if degree % 2 == 1 => 0.0,
         degree if degree > MAX_TRANSFER_DEGREE => {
-            // (−1)^(n−1) 2π C(2n, n)/4ⁿ/((l + 2)(l − 1)), n = l/2, with Stirling's series of C(2n, n)/4ⁿ, whose next term is below 10⁻¹⁷.
+            // (−1)^(n−1) 2π C(2n, n)/4ⁿ/((l + 2)(l − 1)), n = l/2, with Stirling's series of C(2n,
+            // n)/4ⁿ, whose next term is below 10⁻¹⁷.
             let (l, n) = (degree as f64, (degree / 2) as f64);
             let sign = if degree % 4 == 0 { -1.0 } else { 1.0 };
             let binomial = (1.0 - 1.0 / (8.0 * n)) / (PI * n).sqrt();

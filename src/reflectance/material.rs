@@ -7,7 +7,8 @@ use crate::{Error, Result};
 /// How rough the specular part is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Roughness {
-    /// The limit σ = 0: all of `ρ_s` goes to the mirror direction. It has no lobe that could be evaluated.
+    /// The limit σ = 0: all of `ρ_s` goes to the mirror direction. It has no lobe that could be
+    /// evaluated.
     Mirror,
     /// Ward's σ, in [[`MIN_SIGMA`], 1].
     Rough(f64),
@@ -64,8 +65,8 @@ impl Material {
     /// Radiance's `plastic`: `ρ_d` = R(1 − S), `ρ_s` = S in every channel.
     ///
     /// # Errors
-    /// [`Error::Domain`] if a reflectance R or the specularity S is not in [0, 1], or σ is neither 0 nor in
-    /// [[`MIN_SIGMA`], 1].
+    /// [`Error::Domain`] if a reflectance R or the specularity S is not in [0, 1], or σ is neither
+    /// 0 nor in [[`MIN_SIGMA`], 1].
     pub fn plastic(
         name: impl Into<String>,
         reflectance: [f64; 3],
@@ -103,8 +104,8 @@ impl Material {
     /// A material of given albedos that does not gain energy: `ρ_d` + `ρ_s` ≤ 1 in every channel.
     ///
     /// # Errors
-    /// [`Error::Domain`] if an albedo is not in [0, 1] or a channel's sum exceeds 1, or σ is neither 0 nor in
-    /// [[`MIN_SIGMA`], 1].
+    /// [`Error::Domain`] if an albedo is not in [0, 1] or a channel's sum exceeds 1, or σ is
+    /// neither 0 nor in [[`MIN_SIGMA`], 1].
     pub fn from_albedos(
         name: impl Into<String>,
         diffuse: [f64; 3],
@@ -126,7 +127,8 @@ impl Material {
     /// A material of given albedos, each in [0, 1], whatever their sum.
     ///
     /// # Errors
-    /// [`Error::Domain`] if an albedo is not in [0, 1], or σ is neither 0 nor in [[`MIN_SIGMA`], 1].
+    /// [`Error::Domain`] if an albedo is not in [0, 1], or σ is neither 0 nor in [[`MIN_SIGMA`],
+    /// 1].
     pub fn from_albedos_gaining_energy(
         name: impl Into<String>,
         diffuse: [f64; 3],
@@ -182,7 +184,8 @@ impl Material {
         self.roughness
     }
 
-    /// `ρ_d` + `ρ_s` of each channel: above 1 the material gains energy (the lobe's own albedo apart).
+    /// `ρ_d` + `ρ_s` of each channel: above 1 the material gains energy (the lobe's own albedo
+    /// apart).
     pub fn gain(&self) -> [f64; 3] {
         std::array::from_fn(|channel| self.diffuse[channel] + self.specular[channel])
     }
@@ -221,10 +224,11 @@ enum Kind {
 
 /// The paper's eight materials, from brown matte to silver, as Radiance reads (R, S, σ).
 ///
-/// The numbers stand in the caption of the paper's Figure 3. They are read as arguments of Radiance's `plastic` (the first
-/// five: `ρ_d` = R(1 − S), `ρ_s` = S) and `metal` (the last three: `ρ_d` = R(1 − S), `ρ_s` = R·S), because silver's R + S is 1.7
-/// and would gain energy if they were albedos; [`presets_as_albedos`] is the other reading. They are what the
-/// classifiers are judged on: no feature, constant or weight of this crate was chosen with them.
+/// The numbers stand in the caption of the paper's Figure 3. They are read as arguments of
+/// Radiance's `plastic` (the first five: `ρ_d` = R(1 − S), `ρ_s` = S) and `metal` (the last three:
+/// `ρ_d` = R(1 − S), `ρ_s` = R·S), because silver's R + S is 1.7 and would gain energy if they were
+/// albedos; [`presets_as_albedos`] is the other reading. They are what the classifiers are judged
+/// on: no feature, constant or weight of this crate was chosen with them.
 ///
 /// ```
 /// use lobes::reflectance::presets;
@@ -247,7 +251,8 @@ pub fn presets() -> Vec<Material> {
         .collect()
 }
 
-/// The eight materials with R and S taken as `ρ_d` and `ρ_s`, the other reading of the paper's table.
+/// The eight materials with R and S taken as `ρ_d` and `ρ_s`, the other reading of the paper's
+/// table.
 ///
 /// The three metals then gain energy: old gold has an albedo of 2 in red, gold and silver have 1.7.
 ///

@@ -1,7 +1,9 @@
-//! Ward's reflectance, Lambert's and the GGX microfacet lobe, in space and in frequency, and the materials made of them.
+//! Ward's reflectance, Lambert's and the GGX microfacet lobe, in space and in frequency, and the
+//! materials made of them.
 //!
-//! Directions are in the surface's frame: the normal is +z, every direction is a unit vector that points
-//! away from the surface. The reference texts are `docs/reference/ward.md` and `docs/reference/ggx.md`.
+//! Directions are in the surface's frame: the normal is +z, every direction is a unit vector that
+//! points away from the surface. The reference texts are `docs/reference/ward.md` and
+//! `docs/reference/ggx.md`.
 
 pub mod approximation;
 mod batch;

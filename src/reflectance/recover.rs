@@ -1,4 +1,5 @@
-//! The inverse with known light: the kernel from what a surface reflects, and the lobe from the kernel.
+//! The inverse with known light: the kernel from what a surface reflects, and the lobe from the
+//! kernel.
 
 use super::lambert;
 use super::variant::Variant;
@@ -12,15 +13,18 @@ use crate::{Error, Result};
 pub struct KernelEstimate {
     /// `k_l = Λ_l ρ̂_l`, by which `B_lm = k_l L_lm`.
     pub value: f64,
-    /// Its standard error, from the scatter of the 2l + 1 orders; infinite where there is one order or the light has no power.
+    /// Its standard error, from the scatter of the 2l + 1 orders; infinite where there is one order
+    /// or the light has no power.
     pub standard_error: f64,
 }
 
-/// The kernel `k_l`, l = 0 … degree, that takes the light to the reflected field: least squares over the orders,
-/// `k_l = Σ_m B_lm L_lm / Σ_m L_lm²`.
+/// The kernel `k_l`, l = 0 … degree, that takes the light to the reflected field: least squares
+/// over the orders, `k_l = Σ_m B_lm L_lm / Σ_m L_lm²`.
 ///
-/// This is Ramamoorthi and Hanrahan's deconvolution (2001, [doi:10.1145/383259.383271](https://doi.org/10.1145/383259.383271)) for a kernel that is
-/// round about the direction by which B is indexed. Where the light has no power the value is 0 and its error infinite.
+/// This is Ramamoorthi and Hanrahan's deconvolution (2001,
+/// [doi:10.1145/383259.383271](https://doi.org/10.1145/383259.383271)) for a kernel that is round
+/// about the direction by which B is indexed. Where the light has no power the value is 0 and its
+/// error infinite.
 ///
 /// # Errors
 /// [`Error::Length`] if the two differ in degree or orders.
@@ -66,14 +70,17 @@ pub struct Recovered {
     pub sigma: [f64; 2],
 }
 
-/// Fits `k_l = ρ_d A_l/π + ρ_s b_l(σ)` to an estimated kernel, each degree by its standard error, σ in [0.005, 0.5].
+/// Fits `k_l = ρ_d A_l/π + ρ_s b_l(σ)` to an estimated kernel, each degree by its standard error, σ
+/// in [0.005, 0.5].
 ///
-/// A scatter of 2l degrees of freedom makes Student's t of the error, of variance l/(l − 1) in its unit: by that the squared errors are widened, and
-/// degrees 0 and 1, which have no variance, are left out. So are degrees with an infinite error; an error of 0 counts as 10⁻¹² of the largest
+/// A scatter of 2l degrees of freedom makes Student's t of the error, of variance l/(l − 1) in its
+/// unit: by that the squared errors are widened, and degrees 0 and 1, which have no variance, are
+/// left out. So are degrees with an infinite error; an error of 0 counts as 10⁻¹² of the largest
 /// value. `b_l` is that of normal incidence.
 ///
 /// # Errors
-/// [`Error::Undetermined`] if fewer than four degrees from 2 on are known or they do not determine the three parameters.
+/// [`Error::Undetermined`] if fewer than four degrees from 2 on are known or they do not determine
+/// the three parameters.
 ///
 /// ```
 /// use lobes::harmonics::{Coefficients, convolve_zonal};

@@ -1,9 +1,10 @@
 //! Integrals over a lobe, in the plane of the half vector's slopes.
 //!
 //! With the view v = (s, 0, c) and the half vector h ∝ (x, y, 1), the light leaves the surface when
-//! c(1 − x² − y²) + 2sx > 0: the slopes fill a disk of radius 1/c about (s/c, 0). Every lobe is a Gaussian in (x, y)
-//! times a smooth weight, so its integrals are those of a Gaussian over a disk. The disk is cut into rows
-//! `y = sin ψ / c`, which end at `x = (s ± cos ψ)/c`: in (ψ, x) everything is analytic.
+//! c(1 − x² − y²) + 2sx > 0: the slopes fill a disk of radius 1/c about (s/c, 0). Every lobe is a
+//! Gaussian in (x, y) times a smooth weight, so its integrals are those of a Gaussian over a disk.
+//! The disk is cut into rows `y = sin ψ / c`, which end at `x = (s ± cos ψ)/c`: in (ψ, x)
+//! everything is analytic.
 
 use std::f64::consts::PI;
 
@@ -15,10 +16,12 @@ pub(super) const REACH: f64 = 6.3;
 /// −ln of the error of the trapezoidal rule: e^(−36) is 2·10⁻¹⁶.
 const DIGITS: f64 = 36.0;
 
-/// The largest step of the trapezoidal rule for an integrand that is analytic in a strip of this half width.
+/// The largest step of the trapezoidal rule for an integrand that is analytic in a strip of this
+/// half width.
 ///
-/// The rule's error is e^(−2π a/h) times the growth of the integrand at a distance a from the real axis: e^(a²/σ²) of the
-/// Gaussian, and e^(2l atanh a) of a Legendre polynomial of twice the half vector's angle.
+/// The rule's error is e^(−2π a/h) times the growth of the integrand at a distance a from the real
+/// axis: e^(a²/σ²) of the Gaussian, and e^(2l atanh a) of a Legendre polynomial of twice the half
+/// vector's angle.
 fn step_of_strip(a: f64, sigma: f64, degree: f64) -> f64 {
     2.0 * PI * a / (DIGITS + (a / sigma) * (a / sigma) + 2.0 * degree * a.atanh())
 }
@@ -108,8 +111,9 @@ impl Gaussian {
 
 /// Visits the nodes of a quadrature over the half vectors whose light is above the horizon.
 ///
-/// `sine` and `cosine` are of the view's angle from the normal, `cosine` > 0. `degree` is that of the polynomials of the light that are
-/// integrated, which swing at twice their degree in the half vector's angle.
+/// `sine` and `cosine` are of the view's angle from the normal, `cosine` > 0. `degree` is that of
+/// the polynomials of the light that are integrated, which swing at twice their degree in the half
+/// vector's angle.
 pub(super) fn visit(
     (sine, cosine): (f64, f64),
     gaussian: &Gaussian,
@@ -156,10 +160,12 @@ pub(super) fn visit(
     }
 }
 
-/// The trapezoidal rule, which converges faster than any power of its step where the integrand fades out on both sides.
+/// The trapezoidal rule, which converges faster than any power of its step where the integrand
+/// fades out on both sides.
 ///
-/// Rows end at the left edge of the disk alone. There x = left + w with w = ℓ ln(1 + e^(u/ℓ)) in place of u: w fades out exponentially to
-/// the left, and a branch or a pole at or beyond the edge stays πℓ off the real axis of u.
+/// Rows end at the left edge of the disk alone. There x = left + w with w = ℓ ln(1 + e^(u/ℓ)) in
+/// place of u: w fades out exponentially to the left, and a branch or a pole at or beyond the edge
+/// stays πℓ off the real axis of u.
 fn trapezoid(
     (sine, cosine): (f64, f64),
     gaussian: &Gaussian,

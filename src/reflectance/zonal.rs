@@ -17,17 +17,20 @@ pub const MAX_ZONAL_DEGREE: usize = 1024;
 const WIDE: f64 = 0.08;
 
 impl Ward {
-    /// The zonal coefficients `b_0 … b_lmax` at `ρ_s` = 1, `b_l = ∫ f c_i P_l(i·r) dω`, about the mirror direction r of a
-    /// view at this cosine from the normal.
+    /// The zonal coefficients `b_0 … b_lmax` at `ρ_s` = 1, `b_l = ∫ f c_i P_l(i·r) dω`, about the
+    /// mirror direction r of a view at this cosine from the normal.
     ///
-    /// At normal incidence r is the normal, and the lobe acts on light as `B_lm = b_l L_lm`; `b_0` is the albedo. At
-    /// other angles the lobe is not round about r and `b_l` is its round part. The view lies in the plane of the normal
-    /// and the tangent +x, which matters to an anisotropic lobe only.
+    /// At normal incidence r is the normal, and the lobe acts on light as `B_lm = b_l L_lm`; `b_0`
+    /// is the albedo. At other angles the lobe is not round about r and `b_l` is its round part.
+    /// The view lies in the plane of the normal and the tangent +x, which matters to an anisotropic
+    /// lobe only.
     ///
-    /// Quadrature over the exact support, in half-vector slopes; the bound is 10⁻¹² of `b_0` for σ from 0.005 to 0.5.
+    /// Quadrature over the exact support, in half-vector slopes; the bound is 10⁻¹² of `b_0` for σ
+    /// from 0.005 to 0.5.
     ///
     /// # Errors
-    /// [`Error::Degree`] beyond [`MAX_ZONAL_DEGREE`]; [`Error::Domain`] if the cosine is not in (0, 1].
+    /// [`Error::Degree`] beyond [`MAX_ZONAL_DEGREE`]; [`Error::Domain`] if the cosine is not in (0,
+    /// 1].
     ///
     /// ```
     /// use lobes::reflectance::{Variant, Ward};
@@ -136,7 +139,8 @@ const VECTORS: usize = 4;
 /// How many nodes are summed at once.
 const BLOCK: usize = LANES * VECTORS;
 
-/// Σ factor · e^(−exponent) · `P_l(1 − versine)` for every l up to a degree, a block of nodes at a time.
+/// Σ factor · e^(−exponent) · `P_l(1 − versine)` for every l up to a degree, a block of nodes at a
+/// time.
 pub(super) struct LegendreSums {
     level: Level,
     versines: [f64; BLOCK],
@@ -195,8 +199,9 @@ impl LegendreSums {
     }
 }
 
-/// Adds a block, by the recurrence of the differences `P_{l+1} − P_l`, which keeps the digits near the mirror direction, where the versine is small
-/// (Reinsch's form): with `e_l = l (P_l − P_{l−1})`, `e_{l+1} = e_l − (2l + 1) versine P_l` and `P_{l+1} = P_l + e_{l+1}/(l + 1)`.
+/// Adds a block, by the recurrence of the differences `P_{l+1} − P_l`, which keeps the digits near
+/// the mirror direction, where the versine is small (Reinsch's form): with `e_l = l (P_l −
+/// P_{l−1})`, `e_{l+1} = e_l − (2l + 1) versine P_l` and `P_{l+1} = P_l + e_{l+1}/(l + 1)`.
 #[inline(always)]
 fn flush<S: Simd>(
     simd: S,

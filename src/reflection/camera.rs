@@ -15,7 +15,8 @@ pub struct Sight {
 
 /// A camera that looks at the centre of the unit sphere.
 ///
-/// The picture is square and the sphere just touches its four sides. Row 0 is the top. With the camera towards +z and
+/// The picture is square and the sphere just touches its four sides. Row 0 is the top. With the
+/// camera towards +z and
 /// +y up, +x is to the right.
 ///
 /// ```
@@ -36,7 +37,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A camera infinitely far away in the direction `towards_camera`; `up` (any vector not along it) shows upwards.
+    /// A camera infinitely far away in the direction `towards_camera`; `up` (any vector not along
+    /// it) shows upwards.
     ///
     /// # Errors
     /// [`Error::Domain`] if a vector is not finite or zero, or `up` is along the line of sight.
@@ -47,7 +49,8 @@ impl Camera {
     /// A camera `distance_in_radii` from the sphere's centre.
     ///
     /// # Errors
-    /// As [`orthographic`](Self::orthographic), and [`Error::Domain`] if the camera is not outside the sphere.
+    /// As [`orthographic`](Self::orthographic), and [`Error::Domain`] if the camera is not outside
+    /// the sphere.
     pub fn perspective(towards_camera: DVec3, up: DVec3, distance_in_radii: f64) -> Result<Self> {
         if !(distance_in_radii > 1.0 && distance_in_radii.is_finite()) {
             return Err(Error::Domain {
@@ -59,10 +62,12 @@ impl Camera {
         Self::new(towards_camera, up, distance_in_radii)
     }
 
-    /// A camera that sees the sphere under the full angle `field_of_view` (radians), so that it fills the picture.
+    /// A camera that sees the sphere under the full angle `field_of_view` (radians), so that it
+    /// fills the picture.
     ///
     /// # Errors
-    /// As [`orthographic`](Self::orthographic), and [`Error::Domain`] if the angle is not inside (0, π).
+    /// As [`orthographic`](Self::orthographic), and [`Error::Domain`] if the angle is not inside
+    /// (0, π).
     pub fn filling(towards_camera: DVec3, up: DVec3, field_of_view: f64) -> Result<Self> {
         if !(field_of_view > 0.0 && field_of_view < std::f64::consts::PI) {
             return Err(Error::Domain {
@@ -106,7 +111,8 @@ impl Camera {
         })
     }
 
-    /// The camera turned about its line of sight by `angle` (radians), anticlockwise as seen by whoever looks through it.
+    /// The camera turned about its line of sight by `angle` (radians), anticlockwise as seen by
+    /// whoever looks through it.
     #[must_use]
     pub fn rolled(self, angle: f64) -> Self {
         let (sin, cos) = angle.sin_cos();
@@ -137,12 +143,14 @@ impl Camera {
         self.distance.is_finite().then_some(self.distance)
     }
 
-    /// The largest angle between the line of sight and a visible normal: π/2, or less for a camera that is near.
+    /// The largest angle between the line of sight and a visible normal: π/2, or less for a camera
+    /// that is near.
     pub fn rim(&self) -> f64 {
         (1.0 / self.distance).acos()
     }
 
-    /// What the picture shows at (x, y), each in [−1, 1], x to the right and y upwards; none outside the sphere.
+    /// What the picture shows at (x, y), each in [−1, 1], x to the right and y upwards; none
+    /// outside the sphere.
     pub fn point(&self, x: f64, y: f64) -> Option<Sight> {
         let square = x * x + y * y;
         if square.is_nan() || square >= 1.0 {
@@ -155,7 +163,8 @@ impl Camera {
                 view: self.towards,
             });
         }
-        // The ray meets the sphere where |D ẑ − s r| = 1, with r the unit vector from the pixel to the camera's back.
+        // The ray meets the sphere where |D ẑ − s r| = 1, with r the unit vector from the pixel to
+        // the camera's back.
         let edge = 1.0 / (self.distance * self.distance - 1.0).sqrt();
         let ray = DVec3::new(-x * edge, -y * edge, 1.0).normalize();
         // (D r_z)² − D² + 1 without its cancellation; zero at the rim.
@@ -168,8 +177,8 @@ impl Camera {
         })
     }
 
-    /// What the centre of a pixel of a picture of `size` × `size` shows; none where it misses the sphere or where there
-    /// is no such pixel.
+    /// What the centre of a pixel of a picture of `size` × `size` shows; none where it misses the
+    /// sphere or where there is no such pixel.
     pub fn pixel(&self, size: usize, row: usize, column: usize) -> Option<Sight> {
         if row >= size || column >= size {
             return None;
@@ -181,8 +190,8 @@ impl Camera {
         )
     }
 
-    /// The point whose normal makes the angle `polar` with the line of sight, at `azimuth` from the picture's right
-    /// towards its top; `polar` in [0, [`rim`](Self::rim)].
+    /// The point whose normal makes the angle `polar` with the line of sight, at `azimuth` from the
+    /// picture's right towards its top; `polar` in [0, [`rim`](Self::rim)].
     pub fn sight(&self, polar: f64, azimuth: f64) -> Sight {
         let (sin_polar, cos_polar) = polar.sin_cos();
         let (sin, cos) = azimuth.sin_cos();

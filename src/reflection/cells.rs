@@ -1,7 +1,8 @@
-//! The map cell by cell: Gauss's rule on the pieces between four pixel centres, where the map is bilinear.
+//! The map cell by cell: Gauss's rule on the pieces between four pixel centres, where the map is
+//! bilinear.
 //!
-//! For lobes so narrow that the finest grid of the [pyramid](super::pyramid) does not resolve them: the cells are divided
-//! until they are as small as the lobe.
+//! For lobes so narrow that the finest grid of the [pyramid](super::pyramid) does not resolve them:
+//! the cells are divided until they are as small as the lobe.
 
 use std::f64::consts::{PI, TAU};
 
@@ -19,7 +20,8 @@ const NODES: usize = 4;
 /// A cell is divided into at most 2^`MAX_DOUBLINGS` parts each way.
 pub(super) const MAX_DOUBLINGS: u32 = 12;
 
-/// Eight nodes, those of two neighbouring parts of a cell, seen from the pixel centre on the cell's left.
+/// Eight nodes, those of two neighbouring parts of a cell, seen from the pixel centre on the cell's
+/// left.
 #[derive(Debug)]
 struct Pattern {
     cos: [f64; 8],
@@ -91,7 +93,8 @@ impl Cells {
         }
     }
 
-    /// How often a cell must be halved so that its parts are no larger than `size`; none if that is too often.
+    /// How often a cell must be halved so that its parts are no larger than `size`; none if that is
+    /// too often.
     pub(super) fn doublings(&self, size: f64) -> Option<u32> {
         let parts = (PI / self.height as f64 / size).max(2.0);
         let doublings = parts.log2().ceil() as u32;

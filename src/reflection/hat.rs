@@ -31,7 +31,8 @@ impl Hat {
         }
     }
 
-    /// The direction of a place of the hat, in steps down and along, and its sin θ: to 10⁻¹¹, as the step is small.
+    /// The direction of a place of the hat, in steps down and along, and its sin θ: to 10⁻¹¹, as
+    /// the step is small.
     fn at(&self, down: f64, along: f64) -> (DVec3, f64) {
         let small = |angle: f64| {
             let square = angle * angle;
@@ -46,8 +47,8 @@ impl Hat {
         (sin * across + cos * DVec3::Z, sin)
     }
 
-    /// ∫ Λ f dω over what of the hat Λ is above the horizon of a normal, f being smooth there: on lines along which the height
-    /// changes most, with Gauss's rule on both sides of the kinks.
+    /// ∫ Λ f dω over what of the hat Λ is above the horizon of a normal, f being smooth there: on
+    /// lines along which the height changes most, with Gauss's rule on both sides of the kinks.
     pub(super) fn above_the_horizon(
         &self,
         normal: DVec3,

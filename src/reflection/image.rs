@@ -14,11 +14,13 @@ pub struct SphereImage {
 }
 
 impl SphereImage {
-    /// A picture from its pixels, row by row from the top. What the pixels outside the sphere hold does not matter.
+    /// A picture from its pixels, row by row from the top. What the pixels outside the sphere hold
+    /// does not matter.
     ///
     /// # Errors
-    /// [`Error::Domain`] if `size` is 0; [`Error::Length`] if there are not `size`² pixels; [`Error::NotFinite`] if a
-    /// pixel of the sphere is not finite (its index counts single values).
+    /// [`Error::Domain`] if `size` is 0; [`Error::Length`] if there are not `size`² pixels;
+    /// [`Error::NotFinite`] if a pixel of the sphere is not finite (its index counts single
+    /// values).
     pub fn new(camera: Camera, size: usize, mut pixels: Vec<[f64; 3]>) -> Result<Self> {
         check_size(size)?;
         check_length("a picture of a sphere", size * size, pixels.len())?;

@@ -1,11 +1,13 @@
 //! Irradiance by harmonics: a table, looked up.
 //!
-//! E_lm = A_l L_lm (Ramamoorthi and Hanrahan 2001, doi:10.1364/JOSAA.18.002448; Basri and Jacobs 2003,
-//! doi:10.1109/TPAMI.2003.1177153) falls as l^(−5/2) times what the light itself falls by, so degree [`DEGREE`] is plenty for
-//! most light. It is not for a lamp of a few pixels at a surface's horizon: the clamped cosine has a kink there, which a sum up to
-//! degree l misses by 1/(πl) of the lamp. So the brightest pixels are taken out of the map and summed one by one, each as the
-//! bilinear hat that it stands for; groups of them that are all above the horizon, or all below, count as one. What the table
-//! still gets wrong is measured when it is made: at some normals every pixel is summed like that.
+//! E_lm = A_l L_lm (Ramamoorthi and Hanrahan 2001, doi:10.1364/JOSAA.18.002448; Basri and Jacobs
+//! 2003, doi:10.1109/TPAMI.2003.1177153) falls as l^(−5/2) times what the light itself falls by, so
+//! degree [`DEGREE`] is plenty for most light. It is not for a lamp of a few pixels at a surface's
+//! horizon: the clamped cosine has a kink there, which a sum up to degree l misses by 1/(πl) of the
+//! lamp. So the brightest pixels are taken out of the map and summed one by one, each as the
+//! bilinear hat that it stands for; groups of them that are all above the horizon, or all below,
+//! count as one. What the table still gets wrong is measured when it is made: at some normals every
+//! pixel is summed like that.
 
 use std::f64::consts::{PI, TAU};
 
@@ -43,11 +45,12 @@ const BRIGHTEST: usize = 1024;
 /// Hats that are summed together.
 const LANES: usize = 8;
 
-/// What cutting a hat as if it were flat costs at the most, relative to what it holds, times sin θ over the square of the map's
-/// step: the largest of many hats and horizons is 0.0114.
+/// What cutting a hat as if it were flat costs at the most, relative to what it holds, times sin θ
+/// over the square of the map's step: the largest of many hats and horizons is 0.0114.
 const FLAT_ERROR: f64 = 0.0125;
 
-/// A hat is cut exactly where cutting it as if it were flat might cost more than this share of what is allowed.
+/// A hat is cut exactly where cutting it as if it were flat might cost more than this share of what
+/// is allowed.
 const FLAT_SHARE: f64 = 0.01;
 
 /// What cutting all hats as if they were flat costs, relative: the kinks of many go both ways.
@@ -59,7 +62,8 @@ const CHECKED: usize = 16;
 /// Some neighbouring bright pixels as one.
 #[derive(Debug)]
 struct Group {
-    /// The direction of their middle, and the sine of the angle from there that holds all of them; above 1 if that is too large.
+    /// The direction of their middle, and the sine of the angle from there that holds all of them;
+    /// above 1 if that is too large.
     axis: DVec3,
     sin: f64,
     /// ∫ L ω dω of each channel.
@@ -211,10 +215,12 @@ impl IrradianceTable {
         Ok(made)
     }
 
-    /// The irradiance ∫ max(n·ω, 0) L dω of each channel at a normal of the world, and the estimated error of any channel.
+    /// The irradiance ∫ max(n·ω, 0) L dω of each channel at a normal of the world, and the
+    /// estimated error of any channel.
     ///
-    /// Where the table is not good for `tolerance`, relative to the mean of the channels and no less than `floor`, every pixel is
-    /// summed: a thousand times slower, for normals that see next to nothing of light that others see.
+    /// Where the table is not good for `tolerance`, relative to the mean of the channels and no
+    /// less than `floor`, every pixel is summed: a thousand times slower, for normals that see next
+    /// to nothing of light that others see.
     pub(super) fn irradiance(&self, normal: DVec3, tolerance: f64, floor: f64) -> ([f64; 3], f64) {
         let normal = to_map(normal);
         let rest = self.look_up(normal);
@@ -229,7 +235,8 @@ impl IrradianceTable {
         (value, SUM_ERROR * value.iter().sum::<f64>() / 3.0)
     }
 
-    /// About the irradiance at a direction of the map's frame, without what the bright pixels give: that of a node beside it.
+    /// About the irradiance at a direction of the map's frame, without what the bright pixels give:
+    /// that of a node beside it.
     pub(super) fn of_the_rest(&self, normal: DVec3) -> [f64; 3] {
         let scale = ROWS as f64 / PI;
         let row = arc_cosine(normal.z) * scale;
@@ -345,7 +352,8 @@ impl Axes {
     }
 }
 
-/// ∫ max(n·ω, 0) over a hat at the horizon: its heights are those of a sum of two triangular distributions.
+/// ∫ max(n·ω, 0) over a hat at the horizon: its heights are those of a sum of two triangular
+/// distributions.
 fn straddling(normal: DVec3, vector: DVec3, axes: &Axes) -> f64 {
     let mass = vector.length();
     let height = normal.dot(vector) / mass;
@@ -484,8 +492,8 @@ fn arc_cosine(x: f64) -> f64 {
 
 /// The function of a map on the nodes of a grid: channel after channel.
 ///
-/// The grid's weights give the hats of a row of the map not quite what they hold (3.8 % too much in the rows at the poles, where
-/// sin θ has its kink), so each row is scaled to hold it.
+/// The grid's weights give the hats of a row of the map not quite what they hold (3.8 % too much in
+/// the rows at the poles, where sin θ has its kink), so each row is scaled to hold it.
 fn resample(
     pixels: &[[f64; 3]],
     width: usize,
@@ -557,7 +565,8 @@ mod tests {
 
     #[test]
     fn lamps_at_the_poles_hold_what_they_hold() {
-        // The rows at the poles are not among the pixels that are summed one by one: the table has to get them right.
+        // The rows at the poles are not among the pixels that are summed one by one: the table has
+        // to get them right.
         let mut pixels = vec![[1.0; 3]; 512 * 256];
         pixels[..512].fill([3e3; 3]);
         pixels[255 * 512..].fill([1e3; 3]);

@@ -1,7 +1,7 @@
 //! A Ward lobe evaluated along a row of directions, eight or sixteen at a time.
 //!
-//! Everything is in the map's frame: (sin θ cos ψ, sin θ sin ψ, cos θ) with ψ growing with the map's columns. It is the
-//! world's frame up to a mirroring, which no scalar product sees.
+//! Everything is in the map's frame: (sin θ cos ψ, sin θ sin ψ, cos θ) with ψ growing with the
+//! map's columns. It is the world's frame up to a mirroring, which no scalar product sees.
 
 use fearless_simd::{f32x8, f32x16, f64x8, prelude::*};
 use glam::DVec3;
@@ -10,7 +10,8 @@ use crate::reflectance::Variant;
 
 /// Eight numbers of double precision, or sixteen of single precision: what 512 bits hold.
 ///
-/// A lobe in single precision is good to about 10⁻⁶/σ of its value, half a unit in the last place of a light's direction over σ.
+/// A lobe in single precision is good to about 10⁻⁶/σ of its value, half a unit in the last place
+/// of a light's direction over σ.
 pub(super) trait Lanes<S: Simd>: SimdFloat<S> {
     /// How many.
     const COUNT: usize;
@@ -143,7 +144,8 @@ pub(super) struct LobeAt {
 }
 
 impl LobeAt {
-    /// The lobe for light from a direction of the map's frame; it goes on below the horizon as [`Part`] says.
+    /// The lobe for light from a direction of the map's frame; it goes on below the horizon as
+    /// [`Part`] says.
     pub(super) fn value(&self, light: DVec3) -> f64 {
         let height = self.normal.dot(light);
         let sum = height + self.cosine;
@@ -164,9 +166,10 @@ impl LobeAt {
 
 /// Which part of a lobe, by the height c_i of the light over the horizon.
 ///
-/// The step s rises from 0 at 0 to 1 at 1. The step S rises from 0 at −1 to 1 at 1, is odd about ½, and its derivative has no
-/// second moment, so that to cut a lobe by S(c_i/h) in place of the horizon costs a term in h⁴; below the horizon the lobe's formula
-/// goes on, smoothly as long as the half vector points outwards.
+/// The step s rises from 0 at 0 to 1 at 1. The step S rises from 0 at −1 to 1 at 1, is odd about ½,
+/// and its derivative has no second moment, so that to cut a lobe by S(c_i/h) in place of the
+/// horizon costs a term in h⁴; below the horizon the lobe's formula goes on, smoothly as long as
+/// the half vector points outwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Part {
     /// All of it, down to the horizon.
@@ -220,7 +223,8 @@ impl<V> Shape<V> {
         }
     }
 
-    /// A part of the lobe, and the same with its horizon, if that is softened, softened more; `square` gives t² from 1/(n·(v + i)).
+    /// A part of the lobe, and the same with its horizon, if that is softened, softened more;
+    /// `square` gives t² from 1/(n·(v + i)).
     #[inline(always)]
     fn at<S: Simd>(&self, simd: S, light: V, square: impl Fn(V) -> V, part: Part) -> [V; 2]
     where
@@ -261,10 +265,12 @@ impl<V> Shape<V> {
     }
 }
 
-/// The slope of the step S of [`Part::Close`] where it is softened more: with the error of h⁴ it is then 4.2 times as wrong.
+/// The slope of the step S of [`Part::Close`] where it is softened more: with the error of h⁴ it is
+/// then 4.2 times as wrong.
 const SOFTER: f64 = 0.7;
 
-/// t² = |v + i|²/(n·(v + i))² − 1, given |v + i|²/2; it cancels, which costs 10⁻¹⁶/σ² in double precision.
+/// t² = |v + i|²/(n·(v + i))² − 1, given |v + i|²/2; it cancels, which costs 10⁻¹⁶/σ² in double
+/// precision.
 #[inline(always)]
 fn square_of_slope<S: Simd>(simd: S, half: f64x8<S>, recip: f64x8<S>) -> f64x8<S> {
     let stretch = half * recip * recip;
@@ -310,8 +316,9 @@ impl<S: Simd> PointLobe<S> {
     }
 }
 
-/// Eight rows: v + i has three parts, along the normal, along the view's projection and across, and on each row they are cosine waves in ψ.
-/// The factors of cos ψ and sin ψ and the constant of each, for the eight rows.
+/// Eight rows: v + i has three parts, along the normal, along the view's projection and across, and
+/// on each row they are cosine waves in ψ. The factors of cos ψ and sin ψ and the constant of each,
+/// for the eight rows.
 #[derive(Clone, Copy)]
 pub(super) struct EightRows<E> {
     waves: [[[E; 8]; 3]; 3],
@@ -384,7 +391,8 @@ impl<V> RowLobe<V> {
         }
     }
 
-    /// A part of the lobe at some columns, and the same with its horizon, if that is softened, softened more.
+    /// A part of the lobe at some columns, and the same with its horizon, if that is softened,
+    /// softened more.
     #[inline(always)]
     pub(super) fn evaluate<S: Simd>(&self, simd: S, cos: V, sin: V, part: Part) -> [V; 2]
     where
@@ -397,8 +405,9 @@ impl<V> RowLobe<V> {
     }
 }
 
-/// The lobe along a line of equal height over the horizon: t² + 1 = 2 (1 + v·i)/(n·(v + i))², where 1 + v·i grows with sin²(a/2), a being the
-/// azimuth about the normal from the mirror's direction on.
+/// The lobe along a line of equal height over the horizon: t² + 1 = 2 (1 + v·i)/(n·(v + i))², where
+/// 1 + v·i grows with sin²(a/2), a being the azimuth about the normal from the mirror's direction
+/// on.
 #[derive(Clone, Copy)]
 pub(super) struct LineLobe<V> {
     shape: Shape<V>,
@@ -408,7 +417,8 @@ pub(super) struct LineLobe<V> {
 }
 
 impl<V> LineLobe<V> {
-    /// The line of the light's cosine `height`, where v·i swings by `swing`, the product of both sines.
+    /// The line of the light's cosine `height`, where v·i swings by `swing`, the product of both
+    /// sines.
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         simd: S,
@@ -441,7 +451,8 @@ impl<V> LineLobe<V> {
     }
 }
 
-/// The factor of [`LobeAt::scale`] beside 1/(4πσ²), for a lobe whose [`RowLobe::evaluate`] leaves it out.
+/// The factor of [`LobeAt::scale`] beside 1/(4πσ²), for a lobe whose [`RowLobe::evaluate`] leaves
+/// it out.
 pub(super) fn factor(variant: Variant, cosine: f64, share_above_horizon: f64) -> f64 {
     match variant {
         Variant::Ward1992 => 1.0 / cosine.sqrt(),
@@ -492,8 +503,8 @@ fn soft_step<S: Simd, V: Lanes<S>>(simd: S, x: V) -> V {
 #[inline(always)]
 pub(super) fn exponential<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
     let splat = |value| f64x8::splat(simd, value);
-    // A large number whose last bit is 1: adding it rounds to an integer and leaves that integer, biased as an exponent,
-    // in the low bits.
+    // A large number whose last bit is 1: adding it rounds to an integer and leaves that integer,
+    // biased as an exponent, in the low bits.
     const SHIFT: f64 = 6_755_399_441_055_744.0 + 1023.0;
     let scaled = x.max(splat(-708.0)) * splat(std::f64::consts::LOG2_E);
     let shifted = scaled + splat(SHIFT);

@@ -1,7 +1,8 @@
 //! The brightest pixels, each integrated by itself as the bilinear hat that it stands for.
 //!
-//! A sun makes a lobe's integral jump where it sets behind the surface's horizon, and no grid is fine enough for that. Taken out
-//! of the map and summed here, with the horizon cut through its hat, it leaves a map that grids do resolve.
+//! A sun makes a lobe's integral jump where it sets behind the surface's horizon, and no grid is
+//! fine enough for that. Taken out of the map and summed here, with the horizon cut through its
+//! hat, it leaves a map that grids do resolve.
 
 use std::f64::consts::PI;
 
@@ -19,7 +20,8 @@ const SHARE: f64 = 5e-4;
 /// At most so many lamps.
 const LAMPS: usize = 64;
 
-/// Points each way of the rules on a hat, and the largest size of a pixel, over the width of a lobe, that they do for.
+/// Points each way of the rules on a hat, and the largest size of a pixel, over the width of a
+/// lobe, that they do for.
 const RULES: [(usize, f64); 4] = [(2, 0.2), (4, 0.5), (8, 1.5), (16, f64::INFINITY)];
 
 /// A lamp.
@@ -141,8 +143,8 @@ impl Lamps {
         self.lamps.iter().any(|lamp| lamp.axis.dot(centre) >= far)
     }
 
-    /// ∫ K L dω over the lamps for a lobe K that is `narrow` wide and nothing farther than `reach` from `centre`, to about 10⁻³, or
-    /// with a finer rule by `more`.
+    /// ∫ K L dω over the lamps for a lobe K that is `narrow` wide and nothing farther than `reach`
+    /// from `centre`, to about 10⁻³, or with a finer rule by `more`.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
         &self,

@@ -60,8 +60,8 @@ impl Viewpoint {
         }
     }
 
-    /// How far from the centre of its outline the picture shows the normal at `theta` from the axis, in radii of the
-    /// outline.
+    /// How far from the centre of its outline the picture shows the normal at `theta` from the
+    /// axis, in radii of the outline.
     ///
     /// ```
     /// use lobes::reflection::Viewpoint;
@@ -95,19 +95,21 @@ impl Viewpoint {
 ///
 /// Far light, a sphere, an isotropic surface and a camera on the axis are symmetric about the axis,
 /// so the map is block-diagonal in the order m. With θ the normal's angle from the axis and φ its
-/// azimuth about it, the light `L = Σ L_lm Y_lm` **in the frame whose pole points at the camera** gives
+/// azimuth about it, the light `L = Σ L_lm Y_lm` **in the frame whose pole points at the camera**
+/// gives
 ///
 /// `B(θ, φ) = Σ_lm T_lm(θ) (L_lm cos mφ + L_l,−m sin mφ)`,
 /// `T_lm(θ) = ∫ f(ω, v) max(n·ω, 0) Y_lm(ω) dω` for the normal n at (θ, φ = 0).
 ///
-/// It keeps the diffuse part (`ρ_d = 1`) and the specular part (`ρ_s = 1`) apart; a material is a sum of the two.
-/// The diffuse part is closed, `A_l Y_lm(θ, 0)/π` with `A_l` the clamped cosine's coefficients (Ramamoorthi and
-/// Hanrahan 2001, doi:10.1145/383259.383317). The specular part of every variant of Ward's lobe
-/// (doi:10.1145/133994.134078) is a one-dimensional integral of modified Bessel functions in the normal's own frame,
-/// turned onto the axis by Wigner's d.
+/// It keeps the diffuse part (`ρ_d = 1`) and the specular part (`ρ_s = 1`) apart; a material is a
+/// sum of the two. The diffuse part is closed, `A_l Y_lm(θ, 0)/π` with `A_l` the clamped cosine's
+/// coefficients (Ramamoorthi and Hanrahan 2001, doi:10.1145/383259.383317). The specular part of
+/// every variant of Ward's lobe (doi:10.1145/133994.134078) is a one-dimensional integral of
+/// modified Bessel functions in the normal's own frame, turned onto the axis by Wigner's d.
 ///
 /// **Accuracy**: `|T_lm(θ)|` within 1e-10 of the reflection integral for σ in [1e-3, 1], θ to 1e-4 of the limb and
-/// degrees to [`Operator::DEGREE_LIMIT`]; `tests/operator.rs` holds it to an independent quadrature.
+/// degrees to [`Operator::DEGREE_LIMIT`]; `tests/operator.rs` holds it to an independent
+/// quadrature.
 ///
 /// ```
 /// use lobes::{Parallelism, reflectance::Variant, reflection::{Operator, Viewpoint}};
@@ -133,7 +135,8 @@ impl Operator {
     /// The largest degree.
     pub const DEGREE_LIMIT: usize = 256;
 
-    /// `count` rings over the visible cap whose cosines are the Gauss–Legendre nodes, from the axis outwards.
+    /// `count` rings over the visible cap whose cosines are the Gauss–Legendre nodes, from the axis
+    /// outwards.
     ///
     /// # Errors
     /// No rings asked for, or a camera inside the sphere.
@@ -158,12 +161,12 @@ impl Operator {
         Ok(rings)
     }
 
-    /// The operator of a lobe of roughness `sigma` (0 is a mirror) at the rings of normals `rings`, radians
-    /// from the axis, for light to `degree`.
+    /// The operator of a lobe of roughness `sigma` (0 is a mirror) at the rings of normals `rings`,
+    /// radians from the axis, for light to `degree`.
     ///
     /// # Errors
-    /// A negative or non-finite σ, a degree past the limit, a camera inside the sphere, a ring that the camera
-    /// does not see.
+    /// A negative or non-finite σ, a degree past the limit, a camera inside the sphere, a ring that
+    /// the camera does not see.
     pub fn new(
         variant: Variant,
         sigma: f64,
@@ -266,12 +269,14 @@ impl Operator {
         &self.rings
     }
 
-    /// `T_lm` of the specular part at `ρ_s = 1`, one value a ring; empty where l or m is out of range.
+    /// `T_lm` of the specular part at `ρ_s = 1`, one value a ring; empty where l or m is out of
+    /// range.
     pub fn specular(&self, l: usize, m: usize) -> &[f64] {
         self.row(&self.specular, l, m)
     }
 
-    /// `T_lm` of the diffuse part at `ρ_d = 1`, one value a ring; empty where l or m is out of range.
+    /// `T_lm` of the diffuse part at `ρ_d = 1`, one value a ring; empty where l or m is out of
+    /// range.
     pub fn diffuse(&self, l: usize, m: usize) -> &[f64] {
         self.row(&self.diffuse, l, m)
     }
@@ -305,11 +310,13 @@ impl Operator {
         Ok(DMatrix::from_iterator(count, self.degree + 1 - m, values))
     }
 
-    /// `K_m(θ, θ') = Σ_l C_l T_lm(θ) T_lm(θ')`: how the amplitudes of cos mφ (or of sin mφ) on any two rings vary
-    /// together under random light whose harmonics are independent with variance `C_l = spectrum[l]`.
+    /// `K_m(θ, θ') = Σ_l C_l T_lm(θ) T_lm(θ')`: how the amplitudes of cos mφ (or of sin mφ) on any
+    /// two rings vary together under random light whose harmonics are independent with variance
+    /// `C_l = spectrum[l]`.
     ///
     /// # Errors
-    /// A spectrum shorter than degree + 1, or with a value that is negative or not finite; an order past the degree.
+    /// A spectrum shorter than degree + 1, or with a value that is negative or not finite; an order
+    /// past the degree.
     pub fn covariance(
         &self,
         m: usize,
@@ -327,8 +334,8 @@ impl Operator {
 
     /// The image of a material: `columns` values a ring, column j at φ = 2πj/columns.
     ///
-    /// `light` is in the frame of the view, its pole towards the camera, and may have any degree: what is beyond
-    /// either degree is taken as 0.
+    /// `light` is in the frame of the view, its pole towards the camera, and may have any degree:
+    /// what is beyond either degree is taken as 0.
     ///
     /// # Errors
     /// Fewer columns than 2·degree + 1, which would alias.
@@ -357,8 +364,8 @@ impl Operator {
         Ok(transform.synthesise(&mut spectra))
     }
 
-    /// The transpose of [`Operator::forward`]: for every light L and image y, ⟨forward(L), y⟩ = ⟨L, adjoint(y)⟩, both
-    /// plain sums of products.
+    /// The transpose of [`Operator::forward`]: for every light L and image y, ⟨forward(L), y⟩ = ⟨L,
+    /// adjoint(y)⟩, both plain sums of products.
     ///
     /// # Errors
     /// An image that is not rings × columns, or too few columns.
@@ -509,7 +516,8 @@ fn diffuse(degree: usize, rings: &[f64]) -> Vec<f64> {
     values
 }
 
-/// `A_l = 2π ∫ x P_l(x) dx` over 0 … 1: π, 2π/3, π/4, 0, and `A_(l+2) = −A_l (l − 1)/(l + 4)` for even l.
+/// `A_l = 2π ∫ x P_l(x) dx` over 0 … 1: π, 2π/3, π/4, 0, and `A_(l+2) = −A_l (l − 1)/(l + 4)` for
+/// even l.
 fn clamped_cosine(degree: usize) -> Vec<f64> {
     let mut values = vec![0.0; degree + 1];
     let mut even = PI / 4.0;

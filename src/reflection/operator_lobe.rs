@@ -8,7 +8,8 @@ use crate::sphere::Rule;
 /// Nodes in one panel of the composite Gauss–Legendre rule.
 pub(super) const NODES: usize = 24;
 
-/// Lobes are dropped where their exponential is below exp(−REACH²), less than half a unit of rounding.
+/// Lobes are dropped where their exponential is below exp(−REACH²), less than half a unit of
+/// rounding.
 const REACH: f64 = 6.1;
 
 /// The zonal nodes of a lobe and what each order m' weighs there.
@@ -20,17 +21,17 @@ struct Node {
     weight: f64,
 }
 
-/// The coefficients `f_lm'` of the lobe `F(ω) = f(ω, v)·cos θ_ω` of one view direction, in the frame
-/// whose pole is the surface's normal and whose meridian φ = 0 holds the mirror direction.
+/// The coefficients `f_lm'` of the lobe `F(ω) = f(ω, v)·cos θ_ω` of one view direction, in the
+/// frame whose pole is the surface's normal and whose meridian φ = 0 holds the mirror direction.
 ///
 /// F is even in φ, so only the cosine harmonics occur. Stored by m', then by l = m' … degree.
 ///
-/// Every variant is `A(c_i, c_v)·(1 or |H|²)·exp(−|H_xy|²/(σ²H_z²))` with H = v + i, where
-/// `|H_xy|² = (s_v − s_i)² + 2 s_v s_i (1 − cos φ)`. So the integral over φ is a modified Bessel
-/// function, `∫ exp(−κ(1 − cos φ)) cos m'φ dφ = 2π e^(−κ) I_m'(κ)` with `κ = 2 s_v s_i/(σ²H_z²)`, and
-/// what is left of the exponent is `exp(−tan²((θ_v − θ_i)/2)/σ²)`. Only the integral over `θ_i` is
-/// done numerically, on panels so short that the harmonics and the lobe are resolved to rounding,
-/// graded towards the horizon, where `H_z = 0` comes close for grazing views.
+/// Every variant is `A(c_i, c_v)·(1 or |H|²)·exp(−|H_xy|²/(σ²H_z²))` with H = v + i, where `|H_xy|²
+/// = (s_v − s_i)² + 2 s_v s_i (1 − cos φ)`. So the integral over φ is a modified Bessel function,
+/// `∫ exp(−κ(1 − cos φ)) cos m'φ dφ = 2π e^(−κ) I_m'(κ)` with `κ = 2 s_v s_i/(σ²H_z²)`, and what is
+/// left of the exponent is `exp(−tan²((θ_v − θ_i)/2)/σ²)`. Only the integral over `θ_i` is done
+/// numerically, on panels so short that the harmonics and the lobe are resolved to rounding, graded
+/// towards the horizon, where `H_z = 0` comes close for grazing views.
 pub(super) fn lobe_coefficients(
     variant: Variant,
     sigma: f64,
@@ -114,7 +115,8 @@ fn project(nodes: &[Node], weights: &[f64], degree: usize, columns: &mut [f64]) 
         start += column.len();
         for (l, value) in (m..).zip(column) {
             *value = dot(weights, &now);
-            // P̄_(l+1)m = a (x P̄_lm − b P̄_(l−1)m), the three-term recurrence of the orthonormal functions.
+            // P̄_(l+1)m = a (x P̄_lm − b P̄_(l−1)m), the three-term recurrence of the orthonormal
+            // functions.
             let next = ((l + 1) * (l + 1) - m * m) as f64;
             let a = ((2 * l + 1) as f64 * (2 * l + 3) as f64 / next).sqrt();
             let b = if l > m {
@@ -145,7 +147,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// The composite rule over the part of `0 ≤ θ_i ≤ π/2` that the lobe reaches, from the horizon down.
+/// The composite rule over the part of `0 ≤ θ_i ≤ π/2` that the lobe reaches, from the horizon
+/// down.
 fn nodes(sigma: f64, view_angle: f64, degree: usize, panel: &Rule) -> Vec<Node> {
     let reach = 2.0 * (REACH * sigma).atan();
     let low = (view_angle - reach).max(0.0);

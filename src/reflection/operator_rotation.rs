@@ -35,15 +35,15 @@ impl Rotation {
         }
     }
 
-    /// Turns `Σ f_lm √2 P̄_lm cos mφ` by the angle `θ_r` about +y (from +z towards +x), one `θ_r` and one
-    /// set of coefficients a ring. `source` and the result hold ring r of (l, m) at
+    /// Turns `Σ f_lm √2 P̄_lm cos mφ` by the angle `θ_r` about +y (from +z towards +x), one `θ_r`
+    /// and one set of coefficients a ring. `source` and the result hold ring r of (l, m) at
     /// `(column_start(m) + l − m)·rings + r`.
     ///
-    /// With `p_l = (−1)^(m+k) d^l_{m,k}(θ)` and `q_l = (−1)^m d^l_{m,−k}(θ)·(−1)^k`, the matrix between the
-    /// cosine harmonics is `M_mk = p + (−1)^k q` for m ≥ k > 0 (times 1/√2 where k = 0 < m, and 1/2 at
-    /// k = m = 0), and `M_km = (−1)^(m+k) M_mk`. Both follow the three-term recurrence of d in l at
-    /// fixed orders from their closed forms at l = m (Edmonds, *Angular Momentum*, ch. 4), which
-    /// is stable upwards.
+    /// With `p_l = (−1)^(m+k) d^l_{m,k}(θ)` and `q_l = (−1)^m d^l_{m,−k}(θ)·(−1)^k`, the matrix
+    /// between the cosine harmonics is `M_mk = p + (−1)^k q` for m ≥ k > 0 (times 1/√2 where k = 0
+    /// < m, and 1/2 at k = m = 0), and `M_km = (−1)^(m+k) M_mk`. Both follow the three-term
+    /// recurrence of d in l at fixed orders from their closed forms at l = m (Edmonds, *Angular
+    /// Momentum*, ch. 4), which is stable upwards.
     pub(super) fn turn(&self, angles: &[f64], source: &[f64]) -> Vec<f64> {
         let rings = angles.len();
         let degree = self.degree;
@@ -132,7 +132,8 @@ impl Rotation {
             // 0·ln 0 is 0 here: at θ = 0 the power is 1.
             let power =
                 |exponent: f64, log: f64| if exponent == 0.0 { 0.0 } else { exponent * log };
-            // What starts this small stays negligible up to the largest degree; zeros are faster than subnormals.
+            // What starts this small stays negligible up to the largest degree; zeros are faster
+            // than subnormals.
             let value = |log: f64| if log < -600.0 { 0.0 } else { log.exp() };
             p[r] = [
                 value(binomial + power(plus, cosine) + power(minus, sine)),

@@ -30,7 +30,8 @@ pub struct OperatorSet {
 }
 
 impl OperatorSet {
-    /// The set of a lobe, a camera, the angles of the rings of normals from the axis, and the degree of the light.
+    /// The set of a lobe, a camera, the angles of the rings of normals from the axis, and the
+    /// degree of the light.
     ///
     /// # Errors
     /// Those of [`Operator::new`].
@@ -68,7 +69,8 @@ impl OperatorSet {
         if let Some(operator) = find() {
             return Ok(operator);
         }
-        // Made outside the lock: two threads may make the same one, and the first to finish is kept.
+        // Made outside the lock: two threads may make the same one, and the first to finish is
+        // kept.
         let made = self
             .mirror
             .with_roughness(self.variant, sigma, self.viewpoint, parallelism)?;
@@ -82,8 +84,9 @@ impl OperatorSet {
 /// The operators of one view over a range of σ, by interpolation.
 ///
 /// Chebyshev's nodes in ln σ and the barycentric formula (Berrut and Trefethen 2004,
-/// doi:10.1137/S0036144502417715). The error is not a guess: the table makes the exact operator halfway between
-/// all neighbouring nodes too, and [`OperatorTable::error`] is the largest difference found there.
+/// doi:10.1137/S0036144502417715). The error is not a guess: the table makes the exact operator
+/// halfway between all neighbouring nodes too, and [`OperatorTable::error`] is the largest
+/// difference found there.
 #[derive(Debug)]
 pub struct OperatorTable {
     low: f64,
@@ -152,8 +155,8 @@ impl OperatorTable {
         Ok(table)
     }
 
-    /// The largest `|T_lm(θ)|` difference from the exact operator, over all l, m and rings, at the σ halfway between
-    /// neighbouring nodes.
+    /// The largest `|T_lm(θ)|` difference from the exact operator, over all l, m and rings, at the
+    /// σ halfway between neighbouring nodes.
     pub fn error(&self) -> f64 {
         self.error
     }

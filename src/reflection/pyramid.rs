@@ -1,10 +1,12 @@
-//! A map as moments on coarser and coarser grids, so that any smooth kernel is integrated against it with few nodes.
+//! A map as moments on coarser and coarser grids, so that any smooth kernel is integrated against
+//! it with few nodes.
 //!
-//! A kernel K that is smooth at the scale of a grid is its own interpolant there: K(ω) = Σ_j K(ω_j) φ_j(ω). So
-//! ∫ K L dω = Σ_j K(ω_j) M_j with the moments M_j = ∫ φ_j L dω, whatever L is: a sun of one pixel costs no
-//! accuracy, because it is K that is interpolated, not L. The φ_j are Lagrange's polynomials over ten nodes each way,
-//! and the moments are integrated exactly, piece by piece between nodes and pixel centres. Moments of the channels' mean with
-//! polynomials over eight nodes tell, at the same values of K, how well K is interpolated.
+//! A kernel K that is smooth at the scale of a grid is its own interpolant there: K(ω) = Σ_j K(ω_j)
+//! φ_j(ω). So ∫ K L dω = Σ_j K(ω_j) M_j with the moments M_j = ∫ φ_j L dω, whatever L is: a sun of
+//! one pixel costs no accuracy, because it is K that is interpolated, not L. The φ_j are Lagrange's
+//! polynomials over ten nodes each way, and the moments are integrated exactly, piece by piece
+//! between nodes and pixel centres. Moments of the channels' mean with polynomials over eight nodes
+//! tell, at the same values of K, how well K is interpolated.
 
 use std::f64::consts::{PI, TAU};
 
@@ -22,7 +24,8 @@ const FEWER_TAPS: usize = 8;
 /// The rows of the levels: steps of 4/3 or 3/2. The finest resolves a third of a pixel.
 const ROWS: [usize; 13] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
 
-/// Rows have a multiple of so many nodes, and as many more round the circle, so that blocks of them begin anywhere.
+/// Rows have a multiple of so many nodes, and as many more round the circle, so that blocks of them
+/// begin anywhere.
 const BLOCK: usize = 16;
 
 /// A circle of equally spaced columns.
@@ -55,7 +58,8 @@ struct Row {
     count: usize,
     /// Where its columns start in [`Circles`].
     circle: usize,
-    /// Where its moments start: those of the three channels, and of their mean with fewer nodes, each with [`BLOCK`] more.
+    /// Where its moments start: those of the three channels, and of their mean with fewer nodes,
+    /// each with [`BLOCK`] more.
     start: usize,
 }
 
@@ -135,8 +139,8 @@ impl Pyramid {
             .position(|level| PI <= level.rows.len() as f64 * step)
     }
 
-    /// ∫ K L dω over a region for a part K of a lobe, which must be smooth at the scale of the level.
-    /// `V` is the precision.
+    /// ∫ K L dω over a region for a part K of a lobe, which must be smooth at the scale of the
+    /// level. `V` is the precision.
     #[inline(always)]
     pub(super) fn integrate<S: Simd, V: Lanes<S>>(
         &self,
@@ -150,7 +154,8 @@ impl Pyramid {
         let shape = Shape::<V>::new(simd, lobe);
         let mut sums = [V::all(simd, 0.0); 4];
         let rows = region.rows(level.rows.len());
-        // Where to evaluate is found apart from evaluating, which then goes on without a branch that depends on it.
+        // Where to evaluate is found apart from evaluating, which then goes on without a branch
+        // that depends on it.
         let mut blocks = [Block::default(); BLOCKS];
         let mut found = 0;
         for eight in rows.start / 8..rows.end.div_ceil(8) {
@@ -237,7 +242,8 @@ impl Pyramid {
     }
 }
 
-/// Nodes beside each other on one of eight rows: where they are in [`Circles`], where their moments are and how far those of the next channel.
+/// Nodes beside each other on one of eight rows: where they are in [`Circles`], where their moments
+/// are and how far those of the next channel.
 #[derive(Debug, Clone, Copy, Default)]
 struct Block {
     lane: usize,
@@ -298,7 +304,8 @@ impl Level {
         let rows: Vec<(usize, Row)> = sin[..count]
             .iter()
             .map(|sin| {
-                // As dense along the row as across, and a few more, for the interpolation round the poles.
+                // As dense along the row as across, and a few more, for the interpolation round the
+                // poles.
                 let wanted = 2.0 * count as f64 * sin + 12.0;
                 let chosen = columns
                     .iter()
@@ -456,8 +463,8 @@ struct Drawn {
 
 /// For each of `count` rows of nodes: the map's rows that it draws from.
 ///
-/// The weight is ∫ φ_i(θ) Λ_r(θ) sin θ dθ with Lagrange's φ_i and the map's hat Λ_r; what lies beyond a pole, of nodes or of
-/// pixels, is the same row half a turn round.
+/// The weight is ∫ φ_i(θ) Λ_r(θ) sin θ dθ with Lagrange's φ_i and the map's hat Λ_r; what lies
+/// beyond a pole, of nodes or of pixels, is the same row half a turn round.
 fn row_weights(count: usize, height: usize) -> Vec<Vec<Drawn>> {
     let fold = |index: isize, count: usize| {
         if index < 0 {
@@ -502,8 +509,9 @@ fn add(sum: &mut [f64; 4], more: &[f64; 4]) {
     }
 }
 
-/// Calls `add(node, pixel, ∫ φ_node Λ_pixel w)`, with three times φ and once the φ of fewer nodes, for pieces of [0, length], with nodes at (k + ½)·`node_step` and the centres of
-/// pixels at (k + ½)·`pixel_step`; indices go beyond the ends.
+/// Calls `add(node, pixel, ∫ φ_node Λ_pixel w)`, with three times φ and once the φ of fewer nodes,
+/// for pieces of [0, length], with nodes at (k + ½)·`node_step` and the centres of pixels at (k +
+/// ½)·`pixel_step`; indices go beyond the ends.
 fn overlaps(
     node_step: f64,
     pixel_step: f64,
@@ -528,7 +536,8 @@ fn overlaps(
         }
         let node = (middle / node_step - 0.5).floor();
         let pixel = (middle / pixel_step - 0.5).floor();
-        // For each node, with all taps and with fewer, what falls to the pixel and what to the next.
+        // For each node, with all taps and with fewer, what falls to the pixel and what to the
+        // next.
         let mut sums = [[[0.0; 2]; 2]; TAPS];
         for (&x, &w) in rule.nodes.iter().zip(&rule.weights) {
             let x = middle + half * x;

@@ -18,18 +18,21 @@ pub struct Reference {
     pub error: f64,
 }
 
-/// The radiance that a surface of a material sends towards `view`, to a `tolerance` relative to the mean of the channels.
+/// The radiance that a surface of a material sends towards `view`, to a `tolerance` relative to the
+/// mean of the channels.
 ///
-/// The integral of [`EnvironmentMap::radiance`] against the lobe, one angle inside the other. Each is cut at the centres of the
-/// map's pixels, where that function has its kinks, at the surface's horizon, where the lobe ends, and at the plane of
-/// incidence, along which a narrow lobe lies; the pieces are halved until Kronrod's seven points agree with Gauss's three.
-/// What is cut off of the lobe is below 10⁻¹⁷ of its peak.
+/// The integral of [`EnvironmentMap::radiance`] against the lobe, one angle inside the other. Each
+/// is cut at the centres of the map's pixels, where that function has its kinks, at the surface's
+/// horizon, where the lobe ends, and at the plane of incidence, along which a narrow lobe lies; the
+/// pieces are halved until Kronrod's seven points agree with Gauss's three. What is cut off of the
+/// lobe is below 10⁻¹⁷ of its peak.
 ///
-/// It takes from milliseconds (narrow lobes) to seconds (wide ones): it is there to test what is fast.
+/// It takes from milliseconds (narrow lobes) to seconds (wide ones): it is there to test what is
+/// fast.
 ///
 /// # Errors
-/// [`Error::Domain`] if the tolerance is not in [10⁻¹², 0.1], or a direction is not of unit length; [`Error::Tolerance`] if the
-/// halving comes to its end first.
+/// [`Error::Domain`] if the tolerance is not in [10⁻¹², 0.1], or a direction is not of unit length;
+/// [`Error::Tolerance`] if the halving comes to its end first.
 ///
 /// ```
 /// use lobes::{glam::DVec3, illumination::EnvironmentMap, reflectance::{Material, Variant}, reflection};
@@ -105,8 +108,8 @@ fn kernel(lobe: &Ward, normal: DVec3, view: DVec3) -> Result<Box<dyn Fn(DVec3) -
             lobe.evaluate(local, frame.to_local(light))
         }));
     }
-    // E/((h·v) cos³δ) over the share above the horizon, which `evaluate` would work out for every light: E is what the lobe
-    // E/c_v leaves when multiplied by c_v.
+    // E/((h·v) cos³δ) over the share above the horizon, which `evaluate` would work out for every
+    // light: E is what the lobe E/c_v leaves when multiplied by c_v.
     let gaussian = Ward::isotropic(Variant::Duer, lobe.sigma()[0])?;
     let share = lobe.share_above_horizon(local.z);
     Ok(Box::new(move |light| {
@@ -130,7 +133,8 @@ struct Integral<'a> {
     ridge: Angles,
 }
 
-/// A direction as the cosine and the sine of its angle from the zenith, and its azimuth from −z towards +x.
+/// A direction as the cosine and the sine of its angle from the zenith, and its azimuth from −z
+/// towards +x.
 struct Angles {
     cos: f64,
     sin: f64,
@@ -146,8 +150,8 @@ impl Angles {
         }
     }
 
-    /// The half-width in azimuth of the directions at θ whose scalar product with this one is above `height`: none if no
-    /// direction is.
+    /// The half-width in azimuth of the directions at θ whose scalar product with this one is above
+    /// `height`: none if no direction is.
     fn half_width(&self, sin: f64, cos: f64, height: f64) -> Option<f64> {
         let (room, rest) = (sin * self.sin, height - cos * self.cos);
         if rest >= room {
@@ -186,7 +190,8 @@ impl<'a> Integral<'a> {
             (theta - self.radius).max(0.0),
             (theta + self.radius).min(PI),
         );
-        // The rows of pixels; the middle of the lobe; where the horizon only touches a circle of latitude.
+        // The rows of pixels; the middle of the lobe; where the horizon only touches a circle of
+        // latitude.
         let touch = self.horizon.cos.abs().atan2(self.horizon.sin);
         let mut edges: Vec<f64> = (0..height)
             .map(|row| PI * (row as f64 + 0.5) / height as f64)
@@ -289,8 +294,8 @@ impl<'a> Integral<'a> {
     }
 }
 
-/// A map along a circle of latitude: [`EnvironmentMap::radiance`] without its search for the pixels about a direction, which would
-/// be most of the time.
+/// A map along a circle of latitude: [`EnvironmentMap::radiance`] without its search for the pixels
+/// about a direction, which would be most of the time.
 struct Row<'a> {
     map: &'a EnvironmentMap,
     /// The rows on either side, and by how many columns they are turned.
@@ -321,7 +326,8 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// The centre of the pixel to the left of an azimuth, and what the circle sees there and one pixel on.
+    /// The centre of the pixel to the left of an azimuth, and what the circle sees there and one
+    /// pixel on.
     fn between(&self, azimuth: f64) -> (f64, [f64; 3], [f64; 3]) {
         let width = self.map.width();
         let step = TAU / width as f64;
@@ -367,8 +373,8 @@ const POINTS: [(f64, f64, f64); 4] = [
     (0.960_491_268_708_020_3, 0.104_656_226_026_467_27, 0.0),
 ];
 
-/// The integral of `f` with an error of at most `density` × length, by halving (at most 40 times); and the error left, with that
-/// of `f` itself.
+/// The integral of `f` with an error of at most `density` × length, by halving (at most 40 times);
+/// and the error left, with that of `f` itself.
 fn adaptive(start: f64, end: f64, density: f64, f: &dyn Fn(f64) -> Sum) -> Sum {
     let mut total = Sum::default();
     let mut waiting = vec![(start, end, 0)];

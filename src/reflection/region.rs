@@ -1,4 +1,5 @@
-//! The part of the sphere on which a lobe is summed: a cap, and within it a band between two planes.
+//! The part of the sphere on which a lobe is summed: a cap, and within it a band between two
+//! planes.
 //!
 //! Everything is in the map's frame, and rather too large than too small.
 
@@ -17,7 +18,8 @@ pub(super) struct Region {
     radius: f64,
     /// sin²(radius/2).
     square: f64,
-    /// The length of the axis across the pole, its angle ψ from the centre's, its part along the pole.
+    /// The length of the axis across the pole, its angle ψ from the centre's, its part along the
+    /// pole.
     across: f64,
     offset: f64,
     along: f64,
@@ -27,11 +29,13 @@ pub(super) struct Region {
     cap_only: bool,
 }
 
-/// Up to two runs of blocks of a circle, or of nodes: the first, and how many from there on, round the circle.
+/// Up to two runs of blocks of a circle, or of nodes: the first, and how many from there on, round
+/// the circle.
 pub(super) type Runs = [(usize, usize); 2];
 
 impl Region {
-    /// All directions within an angle of `centre`, the tangent of half of which is given, whose scalar product with `axis` is in the band.
+    /// All directions within an angle of `centre`, the tangent of half of which is given, whose
+    /// scalar product with `axis` is in the band.
     pub(super) fn new(centre: DVec3, tangent: f64, axis: DVec3, low: f64, high: f64) -> Self {
         let sin = (centre.x * centre.x + centre.y * centre.y).sqrt();
         let psi = centre.y.atan2(centre.x);
@@ -114,7 +118,8 @@ impl Region {
                 outer: [PI; 8],
             };
         }
-        // Along the row ω·axis = a cos(ψ − turn) + b: the band is one arc about `turn`, or two beside it.
+        // Along the row ω·axis = a cos(ψ − turn) + b: the band is one arc about `turn`, or two
+        // beside it.
         let (a, b) = (sin * splat(self.across), cos * splat(self.along));
         let (low, high) = (splat(self.low), splat(self.high));
         let (least, most) = (b - a, b + a);
@@ -134,13 +139,15 @@ impl Region {
         }
     }
 
-    /// The runs of blocks that it touches on a row, which has `blocks` of them, the first of which starts at ψ = `origin`.
+    /// The runs of blocks that it touches on a row, which has `blocks` of them, the first of which
+    /// starts at ψ = `origin`.
     #[inline(always)]
     pub(super) fn runs(&self, arcs: &Arcs, lane: usize, blocks: usize, origin: f64) -> Runs {
         self.spans(arcs, lane, blocks, origin, 0.0)
     }
 
-    /// The runs of nodes in it on each of eight rows of `counts` nodes, the first of which is half a step from ψ = 0.
+    /// The runs of nodes in it on each of eight rows of `counts` nodes, the first of which is half
+    /// a step from ψ = 0.
     #[inline(always)]
     pub(super) fn nodes<S: Simd>(
         &self,
@@ -173,8 +180,8 @@ impl Region {
         Nodes { arcs, first, many }
     }
 
-    /// The runs of nodes on one of eight rows, which has `count` of them, each run made longer by less than `lanes` so that it is a multiple of that,
-    /// as `count` is. No node is in both.
+    /// The runs of nodes on one of eight rows, which has `count` of them, each run made longer by
+    /// less than `lanes` so that it is a multiple of that, as `count` is. No node is in both.
     #[inline(always)]
     pub(super) fn row(&self, nodes: &Nodes, lane: usize, count: usize, lanes: usize) -> Runs {
         let up = |many: usize| many.next_multiple_of(lanes);
@@ -253,7 +260,8 @@ impl Region {
     }
 }
 
-/// The largest integer that is not above x, without a call where the machine's baseline has no instruction for it.
+/// The largest integer that is not above x, without a call where the machine's baseline has no
+/// instruction for it.
 #[inline(always)]
 fn floor(x: f64) -> i64 {
     let whole = x as i64;

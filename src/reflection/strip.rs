@@ -1,10 +1,12 @@
 //! A lobe along the horizon, on lines of equal height over it.
 //!
-//! Grids of the map know nothing of a surface's horizon, nor of a grazing lobe's shape, which is longer than it is wide by
-//! 1/cos θ_o. In the light's height c = n·ω and its azimuth a about the normal both are simple: the horizon is c = 0, dω = dc da, and
-//! on a line of equal c the lobe is about a Gaussian in a. So: Gauss's rule in c on parts that grow with c + cos θ_o, which is what
-//! the lobe varies over; on each line equal steps in tan(a/4), which need no trigonometry; and at each point the map itself. What is
-//! left is the kinks of the map between its pixels, whose errors fall as the square of the spacing.
+//! Grids of the map know nothing of a surface's horizon, nor of a grazing lobe's shape, which is
+//! longer than it is wide by 1/cos θ_o. In the light's height c = n·ω and its azimuth a about the
+//! normal both are simple: the horizon is c = 0, dω = dc da, and on a line of equal c the lobe is
+//! about a Gaussian in a. So: Gauss's rule in c on parts that grow with c + cos θ_o, which is what
+//! the lobe varies over; on each line equal steps in tan(a/4), which need no trigonometry; and at
+//! each point the map itself. What is left is the kinks of the map between its pixels, whose errors
+//! fall as the square of the spacing.
 
 use std::f64::consts::PI;
 
@@ -17,14 +19,16 @@ use crate::sphere::Rule;
 /// Nodes of a part in height.
 const NODES: usize = 8;
 
-/// Points that are evaluated together, in single precision: directions are then good to 2·10⁻⁵ of a pixel of 512 × 256.
+/// Points that are evaluated together, in single precision: directions are then good to 2·10⁻⁵ of a
+/// pixel of 512 × 256.
 const LANES: usize = 16;
 
 /// The longest part, over σ: the lobe's standard deviation in the light's angle is √2 σ.
 const LONGEST: f64 = 2.8;
 
-/// The longest part, in rows of the map, so that a node in its middle is 0.7 rows from the next: with 8 rows one sight in a thousand of those within 24° of grazing
-/// passed a tolerance of 10⁻³ at σ = 0.03, by up to 5 times, and no time was saved.
+/// The longest part, in rows of the map, so that a node in its middle is 0.7 rows from the next:
+/// with 8 rows one sight in a thousand of those within 24° of grazing passed a tolerance of 10⁻³ at
+/// σ = 0.03, by up to 5 times, and no time was saved.
 const PIXELS: f64 = 4.0;
 
 /// How many times as far from −cos θ_o parts end as they begin.
@@ -33,7 +37,8 @@ const GROWTH: f64 = 3.0;
 /// How many times as many lines and points finer sums have.
 pub(super) const FINER: f64 = 1.0 / 0.7;
 
-/// The longest step in azimuth, over the lobe's standard deviation there: Poisson's sum says 2·10⁻⁶.
+/// The longest step in azimuth, over the lobe's standard deviation there: Poisson's sum says
+/// 2·10⁻⁶.
 const STEP: f64 = 1.2;
 
 /// The map, ready for being looked up: with a row beyond each pole and a column beyond each end.
@@ -79,8 +84,9 @@ impl Strip {
         self.step
     }
 
-    /// ∫ K (1 − s(c · `recip`)) L dω over the light above the horizon with t²/σ² ≤ `exponent`, s being the step of
-    /// [`Part`](super::kernel::Part). Lines and points are as dense as the lobe itself asks for, and the map's pixels by `spacing`; [`FINER`] times as many for each of
+    /// ∫ K (1 − s(c · `recip`)) L dω over the light above the horizon with t²/σ² ≤ `exponent`, s
+    /// being the step of [`Part`](super::kernel::Part). Lines and points are as dense as the lobe
+    /// itself asks for, and the map's pixels by `spacing`; [`FINER`] times as many for each of
     /// `finer`, and no two sums have the same: those would agree whatever their error.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
@@ -111,7 +117,8 @@ impl Strip {
             return [0.0; 3];
         }
         let pixel = spacing * self.step;
-        // Parts three times as far from −cos θ_o where they end as where they begin, as long as they are not too long.
+        // Parts three times as far from −cos θ_o where they end as where they begin, as long as
+        // they are not too long.
         let longest = (LONGEST * sigma).min(PIXELS * pixel);
         let bend = (longest / GROWTH.ln() - lobe.cosine).clamp(lowest, highest);
         let first = lowest + lobe.cosine;
@@ -150,7 +157,8 @@ impl Strip {
                 if end >= swing {
                     continue;
                 }
-                // Round the normal, if need be; the step leaves a kink at its back, which costs a sixth of the step's square.
+                // Round the normal, if need be; the step leaves a kink at its back, which costs a
+                // sixth of the step's square.
                 let end = if end > -swing { end / swing } else { -1.0 };
                 let end = (0.5 * (1.0 - end)).sqrt() / (1.0 + (0.5 * (1.0 + end)).sqrt());
                 let deviation = sum_of_heights * sigma / (2.0 * swing).sqrt();
@@ -194,7 +202,8 @@ impl Strip {
         // The first pixel of a row is one before ψ = −π.
         let across = splat(0.5 * self.columns as f64 - 0.5);
         let weight = splat(4.0 * step * weight);
-        // Of the pixels on the left and of those on the right; four, so that none waits for another.
+        // Of the pixels on the left and of those on the right; four, so that none waits for
+        // another.
         let mut pixels = [f32x8::splat(simd, 0.0); 4];
         for block in 0..line.blocks {
             let tangent = lanes + splat((LANES * block) as f64 * step - line.end);
@@ -225,8 +234,8 @@ impl Strip {
         }
     }
 
-    /// Adds `value` times the map at some places, counted from the first pixel: between four of them, those on the left in the first half
-    /// of `pixels`, those on the right in the second.
+    /// Adds `value` times the map at some places, counted from the first pixel: between four of
+    /// them, those on the left in the first half of `pixels`, those on the right in the second.
     #[inline(always)]
     fn look_up<S: Simd>(
         &self,
@@ -271,14 +280,16 @@ impl Strip {
     }
 }
 
-/// How many of a whole number `count` of parts there are for finer lines: each time at least one more.
+/// How many of a whole number `count` of parts there are for finer lines: each time at least one
+/// more.
 #[inline(always)]
 fn more(count: f64, finer: u32) -> usize {
     let wanted = (count * FINER.powi(finer as i32)).max(count + f64::from(finer));
     wanted.ceil() as usize
 }
 
-/// Directions of equal height, as they follow from the azimuth: `up` + cos a `forward` + sin a `aside`.
+/// Directions of equal height, as they follow from the azimuth: `up` + cos a `forward` + sin a
+/// `aside`.
 struct Line {
     up: DVec3,
     forward: DVec3,

@@ -24,9 +24,10 @@ pub enum Latitudes {
 
 /// A grid of rings of constant colatitude, each of the same number of equally spaced points.
 ///
-/// Directions are those of the harmonic frame: θ from the pole +z, φ = atan2(y, x). A map on the grid is
-/// row-major, `map[ring * columns + column]`, rings from the north pole to the south. Column j has
-/// φ_j = φ₀ + 2π j/columns, or φ₀ − 2π j/columns where the grid is [descending](Grid::descending).
+/// Directions are those of the harmonic frame: θ from the pole +z, φ = atan2(y, x). A map on the
+/// grid is row-major, `map[ring * columns + column]`, rings from the north pole to the south.
+/// Column j has φ_j = φ₀ + 2π j/columns, or φ₀ − 2π j/columns where the grid is
+/// [descending](Grid::descending).
 ///
 /// ```
 /// use lobes::sphere::Grid;
@@ -78,7 +79,8 @@ impl Grid {
         )
     }
 
-    /// Rings at θᵢ = π i/(rings − 1), both poles included, the first azimuth 0: n rings carry degree n − 2.
+    /// Rings at θᵢ = π i/(rings − 1), both poles included, the first azimuth 0: n rings carry
+    /// degree n − 2.
     ///
     /// # Errors
     /// [`Error::Domain`] unless 2 ≤ rings ≤ 16384 and 1 ≤ columns ≤ 32768.
@@ -90,7 +92,8 @@ impl Grid {
         )
     }
 
-    /// Rings at θᵢ = π (i + ½)/rings and azimuths at φ_j = 2π (j + ½)/columns: pixel centres. n rings carry degree n − 1.
+    /// Rings at θᵢ = π (i + ½)/rings and azimuths at φ_j = 2π (j + ½)/columns: pixel centres. n
+    /// rings carry degree n − 1.
     ///
     /// # Errors
     /// [`Error::Domain`] unless 1 ≤ rings ≤ 16384 and 1 ≤ columns ≤ 32768.
@@ -102,7 +105,8 @@ impl Grid {
         })
     }
 
-    /// The grid of this crate's lat-long maps: [`fejer`](Grid::fejer) with φ_j = 2π (1 − (j + ½)/columns).
+    /// The grid of this crate's lat-long maps: [`fejer`](Grid::fejer) with φ_j = 2π (1 − (j +
+    /// ½)/columns).
     ///
     /// # Errors
     /// [`Error::Domain`] unless 1 ≤ rows ≤ 16384 and 1 ≤ columns ≤ 32768.
@@ -196,7 +200,8 @@ impl Grid {
         }
     }
 
-    /// The unit vector at a ring and column, in the harmonic frame; columns go round, so that any number is one.
+    /// The unit vector at a ring and column, in the harmonic frame; columns go round, so that any
+    /// number is one.
     ///
     /// # Panics
     /// Unless `ring` is below [`rings`](Grid::rings).
@@ -222,7 +227,8 @@ impl Grid {
         self.rule.weights[ring] * (2.0 * PI / self.columns as f64)
     }
 
-    /// The largest degree whose harmonics, all orders, are recovered exactly from samples on this grid.
+    /// The largest degree whose harmonics, all orders, are recovered exactly from samples on this
+    /// grid.
     pub fn max_degree(&self) -> usize {
         self.max_degree_of_rings().min(self.max_order())
     }
@@ -232,7 +238,8 @@ impl Grid {
         (self.columns - 1) / 2
     }
 
-    /// The largest degree that the rings carry, were there columns enough: n − 1 for n rings, n − 2 where two of them are the poles.
+    /// The largest degree that the rings carry, were there columns enough: n − 1 for n rings, n − 2
+    /// where two of them are the poles.
     pub fn max_degree_of_rings(&self) -> usize {
         let n = self.rings();
         match self.latitudes {
@@ -241,7 +248,8 @@ impl Grid {
         }
     }
 
-    /// The largest degree at which [`ring_weight`](Self::ring_weight) integrates any product of two harmonics exactly.
+    /// The largest degree at which [`ring_weight`](Self::ring_weight) integrates any product of two
+    /// harmonics exactly.
     pub fn max_degree_of_weights(&self) -> usize {
         let n = self.rings();
         match self.latitudes {

@@ -9,21 +9,26 @@ use crate::{Error, Result};
 
 /// How a picture shows the whole sphere of directions.
 ///
-/// A point of the picture is (u, v) in \[0, 1\]²: u from the left, v from the top. The centre of pixel (row, column) is
-/// ((column + ½)/width, (row + ½)/height). Directions are in the world frame, y up; "ahead" is −z, and then +x is to the right.
+/// A point of the picture is (u, v) in \[0, 1\]²: u from the left, v from the top. The centre of
+/// pixel (row, column) is ((column + ½)/width, (row + ½)/height). Directions are in the world
+/// frame, y up; "ahead" is −z, and then +x is to the right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Mapping {
-    /// Latitude and longitude, 2:1. θ = πv from +y, azimuth 2π(u − ½) from −z towards +x. Ahead is in the centre.
+    /// Latitude and longitude, 2:1. θ = πv from +y, azimuth 2π(u − ½) from −z towards +x. Ahead is
+    /// in the centre.
     LatLong,
-    /// Debevec's angular map ("light probe"), 1:1: in the disc, the distance from the centre is the angle from −z over π, and the
-    /// direction on the picture is the direction round −z, up being +y. Its rim is +z all round.
+    /// Debevec's angular map ("light probe"), 1:1: in the disc, the distance from the centre is the
+    /// angle from −z over π, and the direction on the picture is the direction round −z, up being
+    /// +y. Its rim is +z all round.
     AngularMap,
-    /// The photograph of a mirrored ball, 1:1, by a far camera that looks along −z, up being +y. The centre
-    /// shows the camera (+z), the rim what is behind the ball (−z), all round.
+    /// The photograph of a mirrored ball, 1:1, by a far camera that looks along −z, up being +y.
+    /// The centre shows the camera (+z), the rim what is behind the ball (−z), all round.
     MirrorBall,
-    /// A cube unfolded into a cross, 3:4. From the top: +y; −x, −z, +x side by side; −y; and +z upside down.
+    /// A cube unfolded into a cross, 3:4. From the top: +y; −x, −z, +x side by side; −y; and +z
+    /// upside down.
     VerticalCross,
-    /// A cube unfolded into a cross, 4:3. Above: +y over −z; then −x, −z, +x, +z side by side; below: −y under −z.
+    /// A cube unfolded into a cross, 4:3. Above: +y over −z; then −x, −z, +x, +z side by side;
+    /// below: −y under −z.
     HorizontalCross,
 }
 
@@ -68,7 +73,8 @@ impl Mapping {
         Self::HorizontalCross,
     ];
 
-    /// The name by which it is asked for: `lat-long`, `angular-map`, `mirror-ball`, `vertical-cross`, `horizontal-cross`.
+    /// The name by which it is asked for: `lat-long`, `angular-map`, `mirror-ball`,
+    /// `vertical-cross`, `horizontal-cross`.
     pub fn name(self) -> &'static str {
         match self {
             Self::LatLong => "lat-long",
@@ -99,7 +105,8 @@ impl Mapping {
     ///
     /// # Errors
     ///
-    /// [`Error::AmbiguousMapping`] for a square, which can be an angular map or a mirror ball, and for a shape that fits none.
+    /// [`Error::AmbiguousMapping`] for a square, which can be an angular map or a mirror ball, and
+    /// for a shape that fits none.
     ///
     /// ```
     /// use lobes::sphere::Mapping;
@@ -118,7 +125,8 @@ impl Mapping {
         }
     }
 
-    /// The direction that a point of the picture shows, of unit length; `None` outside the disc or the cross.
+    /// The direction that a point of the picture shows, of unit length; `None` outside the disc or
+    /// the cross.
     ///
     /// ```
     /// use lobes::{glam::DVec3, sphere::Mapping};
@@ -147,7 +155,8 @@ impl Mapping {
                 Some(DVec3::new(scale * x, scale * y, -cos))
             }
             Self::MirrorBall => {
-                // The ball's normal is (x, y, n), and the camera's direction (0, 0, 1) is mirrored in it.
+                // The ball's normal is (x, y, n), and the camera's direction (0, 0, 1) is mirrored
+                // in it.
                 let n2 = 1.0 - x * x - y * y;
                 if n2 < 0.0 {
                     return None;
@@ -170,9 +179,11 @@ impl Mapping {
         }
     }
 
-    /// The point (u, v) of the picture that shows a direction. The direction need not be of unit length.
+    /// The point (u, v) of the picture that shows a direction. The direction need not be of unit
+    /// length.
     ///
-    /// Where one direction is a whole line of the picture (the poles of a lat-long map, the rim of a disc), one point of it.
+    /// Where one direction is a whole line of the picture (the poles of a lat-long map, the rim of
+    /// a disc), one point of it.
     pub fn position(self, direction: DVec3) -> (f64, f64) {
         let d = direction;
         let on_disc = |r: f64| {
@@ -211,10 +222,11 @@ impl Mapping {
         }
     }
 
-    /// The solid angle that the picture shows per area of the unit square of (u, v), at a point: 0 outside the disc
-    /// or the cross. Over the square it integrates to 4π.
+    /// The solid angle that the picture shows per area of the unit square of (u, v), at a point: 0
+    /// outside the disc or the cross. Over the square it integrates to 4π.
     ///
-    /// With r the distance from the centre of a disc of radius 1, and (a, b) in \[−1, 1\]² on a face:
+    /// With r the distance from the centre of a disc of radius 1, and (a, b) in \[−1, 1\]² on a
+    /// face:
     ///
     /// | mapping | dω / du dv |
     /// | --- | --- |

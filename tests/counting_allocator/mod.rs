@@ -5,7 +5,8 @@ use std::cell::Cell;
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-    /// Bytes held, and the most that they were. What another thread gave or takes counts too, so these may pass zero.
+    /// Bytes held, and the most that they were. What another thread gave or takes counts too, so
+    /// these may pass zero.
     static HELD: Cell<isize> = const { Cell::new(0) };
     static MOST: Cell<isize> = const { Cell::new(0) };
 }

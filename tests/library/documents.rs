@@ -1,4 +1,5 @@
-//! The documents hold together: every link between files leads somewhere, and every document is led to.
+//! The documents hold together: every link between files leads somewhere, and every document is led
+//! to.
 
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};

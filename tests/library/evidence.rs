@@ -1,4 +1,5 @@
-//! Reading pictures on rings, and the evidence for a reflectance, against closed forms and simulated light.
+//! Reading pictures on rings, and the evidence for a reflectance, against closed forms and
+//! simulated light.
 
 use std::f64::consts::PI;
 
@@ -60,7 +61,8 @@ fn modes_are_the_amplitudes_on_the_rings() {
         })
         .unwrap();
         for (r, polar) in layout.angles().iter().enumerate() {
-            // Bilinear interpolation between pixels 1/128 apart: h²/8 of a second derivative of a few.
+            // Bilinear interpolation between pixels 1/128 apart: h²/8 of a second derivative of a
+            // few.
             let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-4, "{a} for {b}");
             close(modes.cosine(0)[r], 2.0);
             close(modes.cosine(1)[r], 0.7 * polar.sin());
@@ -75,7 +77,8 @@ fn modes_are_the_amplitudes_on_the_rings() {
 
 #[test]
 fn a_picture_through_the_operator_has_the_operators_modes() {
-    // Light of one degree through the operator, painted pixel by pixel through the light's own harmonics on a mirror.
+    // Light of one degree through the operator, painted pixel by pixel through the light's own
+    // harmonics on a mirror.
     let camera = Camera::orthographic(DVec3::Z, DVec3::Y).unwrap();
     let mut light = Coefficients::zeros(4);
     light.set(4, 2, 1.0).unwrap();
@@ -109,7 +112,8 @@ fn a_picture_through_the_operator_has_the_operators_modes() {
     }
 }
 
-/// Amplitudes drawn from the model itself, painted by no picture: a field of modes through `Modes::of` would blur them.
+/// Amplitudes drawn from the model itself, painted by no picture: a field of modes through
+/// `Modes::of` would blur them.
 fn simulate(
     operator: &Operator,
     layout: &RingLayout,
@@ -162,7 +166,8 @@ fn evidence(
 
 #[test]
 fn evidence_is_the_student_density_of_the_whole_picture() {
-    // Against one dense covariance of all amplitudes, without and with lights. Five functions across five rings are all there are.
+    // Against one dense covariance of all amplitudes, without and with lights. Five functions
+    // across five rings are all there are.
     let layout = RingLayout::new(Viewpoint::Orthographic, 5, 3).unwrap();
     let spectrum = natural_spectrum(0.4, 12);
     let operator = Operator::new(
@@ -320,8 +325,8 @@ fn strength_is_found_and_exposure_does_not_matter() {
 
 #[test]
 fn intervals_cover_where_the_model_is_true() {
-    // 60 pictures drawn from the prior and the model: the 90 % intervals cover 54 ± 2.3 of them if they are right, and a
-    // count outside 46 … 60 has a chance below 1 in 500.
+    // 60 pictures drawn from the prior and the model: the 90 % intervals cover 54 ± 2.3 of them if
+    // they are right, and a count outside 46 … 60 has a chance below 1 in 500.
     let layout = RingLayout::new(Viewpoint::Orthographic, 8, 4).unwrap();
     let spectrum = natural_spectrum(0.4, 16);
     let shares: Vec<f64> = (0..=10).map(|i| 0.1 * i as f64).collect();

@@ -43,7 +43,8 @@ fn gltf_as_its_appendix_b_has_it() {
     assert_eq!(white.name(), "material 1");
     close(white.specular(), [1.0; 3]);
     assert_eq!(white.roughness().sigma(), 1.0);
-    // Water, tinted: F₀ = (0.33/2.33)² · tint · factor, and the body has what the largest channel leaves.
+    // Water, tinted: F₀ = (0.33/2.33)² · tint · factor, and the body has what the largest channel
+    // leaves.
     let water = &gltf(
         r#"{"pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.5, 0.5, 0.5, 1]},
             "extensions": {"KHR_materials_ior": {"ior": 1.33}, "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 2, 3]}}}"#,

@@ -58,7 +58,8 @@ fn a_flat_image_has_power_at_degree_zero_only() {
     }
 }
 
-/// Half a sphere of 1 and half of 0: B_l0 = ½ √(4π/(2l+1)) · (P_{l−1}(0) − P_{l+1}(0)), odd l only but for l = 0.
+/// Half a sphere of 1 and half of 0: B_l0 = ½ √(4π/(2l+1)) · (P_{l−1}(0) − P_{l+1}(0)), odd l only
+/// but for l = 0.
 #[test]
 fn zero_behind_gives_the_spectrum_of_a_hemisphere() {
     let power = spectrum(Continuation::Zero, &image(128, |_| [1.0; 3])).luminance;
@@ -82,8 +83,9 @@ fn zero_behind_gives_the_spectrum_of_a_hemisphere() {
     }
 }
 
-/// P_4(cos θ) about the line of sight is its own mirror image. The outermost pixel of an image of n² covers a band
-/// of normals up to cos θ = 2/√n, so what is lost there falls only as the pixel's size.
+/// P_4(cos θ) about the line of sight is its own mirror image. The outermost pixel of an image of
+/// n² covers a band of normals up to cos θ = 2/√n, so what is lost there falls only as the pixel's
+/// size.
 #[test]
 fn a_zonal_harmonic_keeps_its_degree() {
     // ∫ P_4 Y_40 = √(4π/9), so B_4 = (4π/9)/9; 1.5 keeps the radiance positive.
@@ -102,8 +104,9 @@ fn a_zonal_harmonic_keeps_its_degree() {
     }
 }
 
-/// The continuation decides what x (odd under half a turn about the vertical, even under the mirror) becomes.
-/// 1 + P_4(n·a) over all normals, an axis that no continuation knows of: B_0 = 4π, B_4 = 4π/81, and nothing else.
+/// The continuation decides what x (odd under half a turn about the vertical, even under the
+/// mirror) becomes. 1 + P_4(n·a) over all normals, an axis that no continuation knows of: B_0 = 4π,
+/// B_4 = 4π/81, and nothing else.
 #[test]
 fn two_opposite_images_are_the_whole_field() {
     let axis = DVec3::new(0.3, -0.5, 0.6).normalize();
@@ -125,7 +128,8 @@ fn two_opposite_images_are_the_whole_field() {
     let plan = ImageSpectrum::new(TOP_DEGREE, Continuation::Mirror).unwrap();
     let power = plan.whole_power(&front, &back).unwrap();
     let truth = 4.0 * std::f64::consts::PI / 81.0;
-    // The last pixel at the rim stands for normals within cos θ ≤ 2/√n, which costs 1 % of B_4 at 256².
+    // The last pixel at the rim stands for normals within cos θ ≤ 2/√n, which costs 1 % of B_4 at
+    // 256².
     assert!((power.luminance[4] / truth - 1.0).abs() < 0.015);
     for (degree, &power) in power.luminance.iter().enumerate() {
         assert!(degree == 0 || degree == 4 || power < 1e-3 * truth);
@@ -148,7 +152,8 @@ fn continuations_do_what_they_say() {
     let truth = 0.25 * 4.0 * std::f64::consts::PI / 9.0;
     assert!((mirrored[1] / truth - 1.0).abs() < 4e-3, "{}", mirrored[1]);
     assert!(mirrored[2] < 1e-5 * truth);
-    // Half a turn continues x as −x, which is |x|-like along the line of sight: even degrees only past l = 0.
+    // Half a turn continues x as −x, which is |x|-like along the line of sight: even degrees only
+    // past l = 0.
     let turned = spectrum(Continuation::HalfTurn, &half).luminance;
     assert!(turned[1] < 1e-5 * truth && turned[2] > 0.1 * truth);
     // The antipodal field is even: no odd degree at all.
@@ -236,7 +241,8 @@ fn features_do_not_notice_a_roll() {
             .zip(features(&camera))
             .zip(rolled)
         {
-            // The largest difference is 12 %, of v6 under pmndrs-venice; v7 is a degree, and may step by one.
+            // The largest difference is 12 %, of v6 under pmndrs-venice; v7 is a degree, and may
+            // step by one.
             let slack = if *name == "v7" { 1.0 } else { 0.2 * a.abs() };
             assert!(
                 (a - b).abs() <= slack,
@@ -247,7 +253,8 @@ fn features_do_not_notice_a_roll() {
     }
 }
 
-/// A sphere under one lamp of strength `lamp`, and light of strength `around` from everywhere else, unwrapped.
+/// A sphere under one lamp of strength `lamp`, and light of strength `around` from everywhere else,
+/// unwrapped.
 fn under_a_lamp(
     (diffuse, specular, sigma): (f64, f64, f64),
     lamp: f64,
@@ -288,7 +295,8 @@ fn nothing_is_left_of_a_matte_sphere_and_of_a_glossy_one_its_gloss() {
     };
     for lamp in [30.0, 300.0] {
         let (matte, glossy) = (total(0.0, lamp), total(0.05, lamp));
-        // Degrees above twelve have Σ (2l + 1) (A_l/π)² = 3.5e-4 of a lamp in the dark; some of that passes for shading on the half that is seen.
+        // Degrees above twelve have Σ (2l + 1) (A_l/π)² = 3.5e-4 of a lamp in the dark; some of
+        // that passes for shading on the half that is seen.
         assert!(matte < 1e-4, "{matte}");
         assert!(glossy > 300.0 * matte, "{glossy} beside {matte}");
     }
@@ -298,7 +306,8 @@ fn nothing_is_left_of_a_matte_sphere_and_of_a_glossy_one_its_gloss() {
 fn the_residual_of_shading_is_the_highlight() {
     let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32).unwrap();
     let plan = ShadingResidual::new(&layout).unwrap();
-    // The same body with twice the gloss has twice the residual, but for the mean that both are over.
+    // The same body with twice the gloss has twice the residual, but for the mean that both are
+    // over.
     let of = |specular: f64| {
         let picture = under_a_lamp((0.8, specular, 0.05), 100.0, 1.0, &layout);
         let mean = picture.mean()[0];
@@ -319,13 +328,15 @@ fn one_lamp_in_the_dark_has_features_still() {
     for albedos in [(0.0, 1.0, 0.0), (0.04, 0.05, 0.0), (0.9, 0.0, 0.0)] {
         let picture = under_a_lamp(albedos, 1000.0, 0.0, &layout);
         let features = mirrored.of(&picture).unwrap();
-        // A picture is at most 64 · 128 times its mean, and ratios lie between 10⁻³ and that over 10⁻³.
+        // A picture is at most 64 · 128 times its mean, and ratios lie between 10⁻³ and that over
+        // 10⁻³.
         let most = (8192.0f64 * 1e3).ln();
         assert!(
             features.iter().all(|value| value.abs() <= most),
             "{features:?}"
         );
-        // On the lamp's far side irradiance to degree six is below 0 of a mirror's; a ratio to that would be taken of nothing.
+        // On the lamp's far side irradiance to degree six is below 0 of a mirror's; a ratio to that
+        // would be taken of nothing.
         assert!(features[..9].windows(2).all(|pair| pair[0] <= pair[1]));
         let features = residual.of(&picture).unwrap();
         assert!(

@@ -96,7 +96,8 @@ fn round_trip_on_every_grid() {
     }
 }
 
-/// ∫ `Y_d0²` dω = 1 by the rings' weights up to the degree that they are said to serve, and not one further.
+/// ∫ `Y_d0²` dω = 1 by the rings' weights up to the degree that they are said to serve, and not one
+/// further.
 #[test]
 fn weights_serve_the_degree_that_they_say() {
     for grid in [
@@ -482,7 +483,8 @@ fn conventions_there_and_back() {
         f.to_real(Convention::default(), Order::ByOrder),
         f.as_slice()
     );
-    // Schmidt's P_1^1 = sin θ and 4π's Y_00 = 1: the function is the sum of coefficient times basis function.
+    // Schmidt's P_1^1 = sin θ and 4π's Y_00 = 1: the function is the sum of coefficient times basis
+    // function.
     let mut g = Coefficients::zeros(1);
     g.set(1, 1, 1.0).unwrap();
     g.set(0, 0, 1.0).unwrap();
@@ -498,7 +500,8 @@ fn conventions_there_and_back() {
     assert_abs_diff_eq!(schmidt[0] + schmidt[3] * 0.6, value, epsilon = 1e-15);
 }
 
-/// The polynomials as two much copied papers print them, to their six digits: `docs/reference/conventions.md`.
+/// The polynomials as two much copied papers print them, to their six digits:
+/// `docs/reference/conventions.md`.
 #[test]
 fn printed_polynomials() {
     let d = DVec3::new(0.48, 0.64, 0.6);
@@ -515,7 +518,8 @@ fn printed_polynomials() {
         1.092548 * x * z,
         0.546274 * (x * x - y * y),
     ];
-    // Sloan 2008, "Stupid Spherical Harmonics (SH) Tricks", appendix A2: the odd orders are negative.
+    // Sloan 2008, "Stupid Spherical Harmonics (SH) Tricks", appendix A2: the odd orders are
+    // negative.
     let mut sloan = ramamoorthi;
     for i in [1, 3, 5, 7] {
         sloan[i] = -sloan[i];

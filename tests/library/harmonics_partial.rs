@@ -1,5 +1,5 @@
-//! Spectra from part of a sphere: the coupling matrix against closed forms and its own meaning, and what each way of filling the hidden
-//! hemisphere does to the spectrum of random fields.
+//! Spectra from part of a sphere: the coupling matrix against closed forms and its own meaning, and
+//! what each way of filling the hidden hemisphere does to the spectrum of random fields.
 
 use std::f64::consts::PI;
 
@@ -32,7 +32,8 @@ fn field(power: &[f64], generator: &mut Pcg64) -> Coefficients {
 fn coupling_of_the_hemisphere_by_hand() {
     let coupling = Coupling::new(HEMISPHERE, 4).unwrap();
     let m = coupling.matrix();
-    // w_00² = π, w_10² = 3π/4, w_20 = 0, w_30² = 7π/64: M_00 = ¼, M_01 = w_10²/4π, M_10 = M_01/3, M_03 = w_30²/4π.
+    // w_00² = π, w_10² = 3π/4, w_20 = 0, w_30² = 7π/64: M_00 = ¼, M_01 = w_10²/4π, M_10 = M_01/3,
+    // M_03 = w_30²/4π.
     for ((l, k), truth) in [
         ((0, 0), 0.25),
         ((0, 1), 3.0 / 16.0),
@@ -51,7 +52,8 @@ fn coupling_of_the_hemisphere_by_hand() {
             m[(l, k)]
         );
     }
-    // A field of all degrees of power 1 has the power of the mask's square everywhere: Σ_l′ M_ll′ = ½ as degrees grow.
+    // A field of all degrees of power 1 has the power of the mask's square everywhere: Σ_l′ M_ll′ =
+    // ½ as degrees grow.
     let coupling = Coupling::new(HEMISPHERE, 400).unwrap();
     let row: f64 = coupling.matrix().row(100).iter().sum();
     assert!((row - 0.5).abs() < 1e-3, "{row}");
@@ -79,8 +81,9 @@ fn bad_masks_and_bands() {
     assert!(coupling.decouple(&[1.0; 9], &[0, 4, 9], |_| 1.0).is_ok());
 }
 
-/// R = [[4/7, 3/7], [1/5, 4/5]] for single degrees 0 and 1 of a hemisphere: ‖R⁻¹‖ = 43/13. The others are from numpy 2.4.6, which integrated
-/// products of three Legendre polynomials and inverted.
+/// R = [[4/7, 3/7], [1/5, 4/5]] for single degrees 0 and 1 of a hemisphere: ‖R⁻¹‖ = 43/13. The
+/// others are from numpy 2.4.6, which integrated products of three Legendre polynomials and
+/// inverted.
 #[test]
 fn condition_of_bands() {
     let two = Coupling::new(HEMISPHERE, 1).unwrap();
@@ -121,8 +124,9 @@ fn condition_of_bands() {
     }
 }
 
-/// What is answered is right: power made of the shape and one unknown a band comes back to the condition times rounding, and noise of 0.1 % to
-/// the condition times 0.1 %. What is not is refused with the width that is.
+/// What is answered is right: power made of the shape and one unknown a band comes back to the
+/// condition times rounding, and noise of 0.1 % to the condition times 0.1 %. What is not is
+/// refused with the width that is.
 #[test]
 fn what_a_cap_does_not_bear_is_refused() {
     let shape = |l: usize| (l.max(1) as f64).powi(-2);
@@ -208,8 +212,9 @@ fn what_a_cap_does_not_bear_is_refused() {
     ));
 }
 
-/// Mean of the estimated over the true power in bands, and its standard error, for 600 Gaussian fields of power (l+1)^−2.3, l ≤ 40, seed 11.
-/// `cargo test --test library harmonics_partial -- --nocapture` prints the table.
+/// Mean of the estimated over the true power in bands, and its standard error, for 600 Gaussian
+/// fields of power (l+1)^−2.3, l ≤ 40, seed 11. `cargo test --test library harmonics_partial --
+/// --nocapture` prints the table.
 #[test]
 fn only_decoupling_is_unbiased() {
     const FIELDS: usize = 600;

@@ -83,8 +83,8 @@ fn the_function_is_continuous_across_the_seam_and_the_poles() {
     }
 }
 
-/// The interpolant again, by its definition and nothing else: hat functions over a grid that is laid
-/// out beyond the poles and round the seam.
+/// The interpolant again, by its definition and nothing else: hat functions over a grid that is
+/// laid out beyond the poles and round the seam.
 fn defined(map: &EnvironmentMap, theta: f64, azimuth: f64) -> [f64; 3] {
     let (w, h) = (map.width() as i64, map.height() as i64);
     let mut sum = [0.0; 3];
@@ -235,7 +235,8 @@ fn the_builtin_maps_are_those_of_the_provenance() {
     }
 }
 
-/// A lamp in the dark, of less than what is clipped: all of its light is, and nothing is left to fit a law to.
+/// A lamp in the dark, of less than what is clipped: all of its light is, and nothing is left to
+/// fit a law to.
 #[test]
 fn a_lamp_alone_has_no_clipped_law() {
     for around in [0.0, 1.0] {

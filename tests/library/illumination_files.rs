@@ -1,4 +1,5 @@
-//! Environment maps from pictures: other mappings, other sizes, folders, and whatever is wrong with a file.
+//! Environment maps from pictures: other mappings, other sizes, folders, and whatever is wrong with
+//! a file.
 #![cfg(feature = "files")]
 
 use approx::assert_abs_diff_eq;
@@ -23,7 +24,8 @@ fn field(d: DVec3) -> [f64; 3] {
     ]
 }
 
-/// The fields' exact means: the linear parts have none, and ∫ e^(κ(x − 1)) dx / 2 = (1 − e^(−2κ))/2κ.
+/// The fields' exact means: the linear parts have none, and ∫ e^(κ(x − 1)) dx / 2 = (1 −
+/// e^(−2κ))/2κ.
 fn means() -> [f64; 3] {
     let lobe = (1.0 - (-12.0f64).exp()) / 12.0;
     [1.0, 0.5 + lobe, 0.7 + lobe]

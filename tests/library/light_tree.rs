@@ -1,4 +1,5 @@
-//! The tree of light: every radiance within its bound of the reference, and every bound within the tolerance.
+//! The tree of light: every radiance within its bound of the reference, and every bound within the
+//! tolerance.
 
 use lobes::glam::DVec3;
 use lobes::illumination::EnvironmentMap;
@@ -10,7 +11,8 @@ use rand_pcg::Pcg64;
 
 const ROWS: usize = 16;
 
-/// Maps of light at its worst: suns of 60 000 times the mean in the open, over the seam and at a pole, a checkerboard, noise.
+/// Maps of light at its worst: suns of 60 000 times the mean in the open, over the seam and at a
+/// pole, a checkerboard, noise.
 fn maps() -> Vec<EnvironmentMap> {
     let (width, height) = (2 * ROWS, ROWS);
     let flat = || vec![[1.0, 0.8, 1.2]; width * height];

@@ -1,4 +1,5 @@
-//! Pictures of the sphere: known directions, round trips, solid angles, and light read through them.
+//! Pictures of the sphere: known directions, round trips, solid angles, and light read through
+//! them.
 
 use std::f64::consts::PI;
 
@@ -19,7 +20,8 @@ proptest! {
         for mapping in Mapping::ALL {
             let (u, v) = mapping.position(direction);
             let back = mapping.direction(u, v).expect("inside the picture");
-            // u = ½ + ½ sin α is rounded to ε/2, and the direction turns by 4 du/cos α: a mirror ball loses its rim.
+            // u = ½ + ½ sin α is rounded to ε/2, and the direction turns by 4 du/cos α: a mirror
+            // ball loses its rim.
             let allowed = match mapping {
                 Mapping::MirrorBall => 1e-15 + 1e-15 / (0.5 * (1.0 + direction.z)).sqrt().max(1e-8),
                 _ => 4e-15,
@@ -34,14 +36,16 @@ proptest! {
         for mapping in Mapping::ALL {
             if let Some(direction) = mapping.direction(u, v) {
                 let (u2, v2) = mapping.position(direction);
-                // Near the rim of a disc and the poles the direction forgets where on the line it was.
+                // Near the rim of a disc and the poles the direction forgets where on the line it
+                // was.
                 let flat = mapping.solid_angle_density(u, v) / (4.0 * PI);
                 prop_assert!((u2 - u).hypot(v2 - v) < 1e-14 / flat.min(1.0), "{mapping}: {u} {v} {u2} {v2}");
             }
         }
     }
 
-    /// The density is the Jacobian: the area of the small triangle that the picture's small triangle shows.
+    /// The density is the Jacobian: the area of the small triangle that the picture's small
+    /// triangle shows.
     #[test]
     fn the_density_is_the_jacobian(u in 0.001..0.999f64, v in 0.001..0.999f64) {
         let step = 1e-5;
@@ -155,7 +159,8 @@ fn what_is_outside_shows_nothing() {
     }
 }
 
-/// The midpoint rule over the square: second order on the smooth mappings, first order at the rims of the discs.
+/// The midpoint rule over the square: second order on the smooth mappings, first order at the rims
+/// of the discs.
 #[test]
 fn the_solid_angle_is_that_of_the_sphere() {
     let n = 1200; // divisible by 3 and 4: no midpoint on an edge

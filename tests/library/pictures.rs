@@ -17,7 +17,8 @@ fn expected() -> serde_json::Map<String, serde_json::Value> {
     record["files"].as_object().unwrap().clone()
 }
 
-/// The message of reading these bytes under some name, which must be one sentence that names the file.
+/// The message of reading these bytes under some name, which must be one sentence that names the
+/// file.
 fn refused(bytes: &[u8]) -> String {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), bytes).unwrap();
@@ -83,7 +84,8 @@ fn an_xyze_picture_has_the_radiance_of_the_rgbe_picture_it_was_made_of() {
     }
 }
 
-/// Every prefix of every file: an error or, where only padding is missing, a picture; never a panic.
+/// Every prefix of every file: an error or, where only padding is missing, a picture; never a
+/// panic.
 #[test]
 fn truncated_files_are_refused() {
     for name in expected().keys() {
@@ -304,9 +306,11 @@ fn what_is_written_reads_back() {
     );
 }
 
-/// A colour whose light in other primaries is told by the package colour-science 0.4.7: `RGB_to_RGB` from a space of these primaries and this white, its matrices
-/// derived, to one of BT.709's with white (0.3127, 0.3290), adapted by "Bradford". CIE XYZ itself has no white to adapt from: there it is the inverse of
-/// BT.709's matrix (from `numpy`), as OpenEXR's own `RGBtoXYZ` writes such files.
+/// A colour whose light in other primaries is told by the package colour-science 0.4.7:
+/// `RGB_to_RGB` from a space of these primaries and this white, its matrices derived, to one of
+/// BT.709's with white (0.3127, 0.3290), adapted by "Bradford". CIE XYZ itself has no white to
+/// adapt from: there it is the inverse of BT.709's matrix (from `numpy`), as OpenEXR's own
+/// `RGBtoXYZ` writes such files.
 const COLOUR: [f64; 3] = [0.2, 0.5, 0.9];
 
 /// The name, the chromaticities of red, green, blue and white, and what [`COLOUR`] is in Rec. 709.
@@ -457,7 +461,8 @@ fn other_primaries_are_converted() {
         exr.chromaticities = Some(chromaticities);
         let picture = files::decode(&exr.bytes()).unwrap();
         close(picture.pixels[0], shown(expected), 1e-6, name);
-        // Radiance's mantissas of 8 bits hold 0.2 to 0.9 only to 2⁻⁹ of the largest: the matrices' largest row sums to 6.
+        // Radiance's mantissas of 8 bits hold 0.2 to 0.9 only to 2⁻⁹ of the largest: the matrices'
+        // largest row sums to 6.
         let said: Vec<String> = chromaticities.iter().map(f32::to_string).collect();
         let mut hdr = format!(
             "#?RADIANCE\nPRIMARIES= {}\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
@@ -469,7 +474,8 @@ fn other_primaries_are_converted() {
         let picture = files::decode(&hdr).unwrap();
         close(picture.pixels[0], shown(expected), 0.02, name);
     }
-    // A colour that is outside of its own gamut stays as it is, though Rec. 709 has it below zero too.
+    // A colour that is outside of its own gamut stays as it is, though Rec. 709 has it below zero
+    // too.
     let mut exr = Exr::new(1, 1, &[("R", -0.1), ("G", 0.5), ("B", 0.9)]);
     exr.chromaticities = Some(SPACES[4].1);
     assert!(files::decode(&exr.bytes()).unwrap().pixels[0][0] < -0.1);
@@ -479,7 +485,8 @@ fn other_primaries_are_converted() {
     assert!(refused(&exr.bytes()).contains("make no colour space"));
 }
 
-/// OpenEXR's chroma: RY = (R − Y)/Y and BY = (B − Y)/Y with Y the luminance in the file's primaries.
+/// OpenEXR's chroma: RY = (R − Y)/Y and BY = (B − Y)/Y with Y the luminance in the file's
+/// primaries.
 #[test]
 fn luminance_and_chroma_become_colour() {
     // Y's weights in ACES AP0 are those of SMPTE ST 2065-1, to four digits more.
@@ -626,7 +633,8 @@ fn portable_float_maps_end_their_lines_as_windows_does_and_have_alpha() {
     );
 }
 
-/// A PNG of one row with chunks before and after its pixels; the codes are bytes as they are stored.
+/// A PNG of one row with chunks before and after its pixels; the codes are bytes as they are
+/// stored.
 fn png_row(
     colour: png::ColorType,
     depth: png::BitDepth,
@@ -949,8 +957,8 @@ fn orientation_is_undone_wherever_it_stands() {
             let picture = lobes::picture::Picture::of_bytes(&bytes).unwrap();
             let size = if orientation > 4 { (1, 2) } else { (2, 1) };
             assert_eq!((picture.width(), picture.height()), size, "{orientation}");
-            // TIFF 6: where the first row and the first column of what is stored are to be seen. Of a single row, red comes first where
-            // the first column is on the left or at the top.
+            // TIFF 6: where the first row and the first column of what is stored are to be seen. Of
+            // a single row, red comes first where the first column is on the left or at the top.
             let red_first = matches!(orientation, 1 | 4 | 5 | 6);
             let first = picture.pixels()[0];
             assert_eq!(
@@ -986,8 +994,9 @@ fn damaged_jpegs_are_refused() {
         let closed = [&whole[..end.max(2)], &[0xff, 0xd9]].concat();
         assert!(end == whole.len() - 1 || decoded(&closed).is_err(), "{end}");
     }
-    // A JPEG without restart markers has no checksum: damage within shows only where the codes end too early or too late, or
-    // none is one. Of this picture's 86 pieces of damage 67 show; what decodes to the end cannot be known from a picture.
+    // A JPEG without restart markers has no checksum: damage within shows only where the codes end
+    // too early or too late, or none is one. Of this picture's 86 pieces of damage 67 show; what
+    // decodes to the end cannot be known from a picture.
     let (mut found, mut count) = (0, 0);
     for start in (scan..whole.len() - 120).step_by(61) {
         let without = [&whole[..start], &whole[start + 40..]].concat();
@@ -1028,7 +1037,8 @@ fn jpegs_by_component_are_refused_where_they_are_subsampled() {
     assert!(message.contains("4 components, as CMYK"), "{message}");
 }
 
-/// A progressive JPEG of 28 × 20 pixels with subsampled chroma, by Pillow 13.0.0 (libjpeg-turbo), and two of its pixels as Pillow reads them.
+/// A progressive JPEG of 28 × 20 pixels with subsampled chroma, by Pillow 13.0.0 (libjpeg-turbo),
+/// and two of its pixels as Pillow reads them.
 const PROGRESSIVE: &str = "ffd8ffe000104a46494600010100000100010000ffdb0043000d090a0b0a080d0b0a0b0e0e0d0f13201513121213271c1e17202e2931302e292d2c33\
      3a4a3e333646372c2d405741464c4e525352323e5a615a50604a51524fffdb0043010e0e0e131113261515264f352d354f4f4f4f4f4f4f4f4f4f4f4f\
      4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4f4fffc20011080014001c03012200021101031101ffc400\

@@ -1,4 +1,5 @@
-//! The closed forms against the exact coefficients: each bound holds, and is not ten times too wide.
+//! The closed forms against the exact coefficients: each bound holds, and is not ten times too
+//! wide.
 
 use lobes::reflectance::{Variant, Ward, approximation};
 use rand::{RngExt, SeedableRng};

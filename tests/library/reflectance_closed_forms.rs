@@ -46,7 +46,8 @@ fn share_above_horizon_at_its_ends() {
     }
 }
 
-/// Albedo through the lobe itself: a dense rule over the hemisphere, sharing nothing with the slope plane.
+/// Albedo through the lobe itself: a dense rule over the hemisphere, sharing nothing with the slope
+/// plane.
 fn albedo_by_directions(lobe: &Ward, view: DVec3) -> f64 {
     let (rows, columns) = (2000, 500);
     let mut sum = 0.0;
@@ -83,7 +84,8 @@ fn albedo_is_the_integral_of_the_lobe() {
     assert!((a - b).abs() < 2e-6, "anisotropic: {a} {b}");
 }
 
-/// The angle from the normal, in degrees, at which a lobe's albedo at ρ_s = 1 passes 1, if it does by 89.9999°.
+/// The angle from the normal, in degrees, at which a lobe's albedo at ρ_s = 1 passes 1, if it does
+/// by 89.9999°.
 fn passes_one(variant: Variant, sigma: f64) -> Option<f64> {
     let lobe = Ward::isotropic(variant, sigma).unwrap();
     let albedo = |degrees: f64| lobe.albedo((90.0 - degrees).to_radians().sin());
@@ -102,8 +104,9 @@ fn passes_one(variant: Variant, sigma: f64) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// Where ρ_s = 1 gains energy. The truths are from the published formulas integrated over rings of the half vector:
-/// those of duer by mpmath (oracles/ward.py) and by numpy, which agree to 2·10⁻⁵ degrees, those of ward1992 by numpy. docs/reference/ward.md has them.
+/// Where ρ_s = 1 gains energy. The truths are from the published formulas integrated over rings of
+/// the half vector: those of duer by mpmath (oracles/ward.py) and by numpy, which agree to 2·10⁻⁵
+/// degrees, those of ward1992 by numpy. docs/reference/ward.md has them.
 #[test]
 fn lobes_that_gain_energy_at_grazing() {
     for (variant, angles) in [
@@ -140,7 +143,8 @@ fn materials_refuse_what_gains_energy() {
     assert!(Material::metal("a", [0.8; 3], 0.1, -0.1).is_err());
 }
 
-/// A_l past the recurrence is a closed form, which has to go on as the recurrence does: A_{l+2} = −A_l (l − 1)/(l + 4). A_1000 is from integers.
+/// A_l past the recurrence is a closed form, which has to go on as the recurrence does: A_{l+2} =
+/// −A_l (l − 1)/(l + 4). A_1000 is from integers.
 #[test]
 fn lambert_at_any_degree() {
     use lobes::reflectance::lambert::{MAX_TRANSFER_DEGREE, transfer};

@@ -25,7 +25,8 @@ fn light(degree: usize, seed: u64) -> Coefficients {
     light
 }
 
-/// The luminance of a built-in map, turned so that nothing of it is symmetric about the surface's normal.
+/// The luminance of a built-in map, turned so that nothing of it is symmetric about the surface's
+/// normal.
 fn real_light(degree: usize, name: &str) -> Coefficients {
     let maps = lobes::illumination::builtin().unwrap();
     let map = maps.iter().find(|map| map.name() == name).unwrap();
@@ -53,7 +54,8 @@ fn reflection_at_normal_exitance_is_a_product_on_real_light() {
             let mut product = light.clone();
             harmonics::convolve_zonal(&mut product, &kernel).unwrap();
             for k in 0..5 {
-                // The surface's normal, seen along itself: B(n) = Σ b_l L_lm Y_lm(n), and the integral in the surface's own frame.
+                // The surface's normal, seen along itself: B(n) = Σ b_l L_lm Y_lm(n), and the
+                // integral in the surface's own frame.
                 let normal =
                     DVec3::new(0.3 * f64::from(k) - 0.7, 0.5, 0.4 - 0.2 * f64::from(k)).normalize();
                 let rotation = lobes::glam::DQuat::from_rotation_arc(DVec3::Z, normal);
@@ -68,7 +70,8 @@ fn reflection_at_normal_exitance_is_a_product_on_real_light() {
     }
 }
 
-/// `∫ f c_i L dω` for the view along the normal, by Gauss's rule over w, cos θ = w², and equal azimuths: nothing of the crate but the lobe.
+/// `∫ f c_i L dω` for the view along the normal, by Gauss's rule over w, cos θ = w², and equal
+/// azimuths: nothing of the crate but the lobe.
 fn reflected_over(
     lobe: &Ward,
     light: &Coefficients,
@@ -120,7 +123,8 @@ fn a_lobe_whose_coefficients_diverge_is_refused() {
     assert!(IsotropicCoefficients::new(&lobe, 33, 2).is_err());
 }
 
-/// The reflected radiance by the lobe's own sampler, on a regular grid of its two numbers: no quadrature of the crate is in it.
+/// The reflected radiance by the lobe's own sampler, on a regular grid of its two numbers: no
+/// quadrature of the crate is in it.
 fn reflected(lobe: &Ward, light: &[f64], basis: &Basis, view: DVec3) -> f64 {
     let grid = 60;
     let samples: Vec<_> = (0..grid * grid)
@@ -179,7 +183,8 @@ fn the_coefficients_project_what_is_reflected() {
                 .map(|l| coefficients.get(l, p, q) * light.get(l, q))
                 .sum();
             let direct = projected[shape.index(p, q).unwrap()];
-            // The bound is what 60² samples of each view leave; the coefficients themselves are held to 10⁻¹³ by a contract.
+            // The bound is what 60² samples of each view leave; the coefficients themselves are
+            // held to 10⁻¹³ by a contract.
             assert!(
                 (theorem - direct).abs() < 1e-3 * scale,
                 "p {p} q {q}: {theorem} against {direct}"
@@ -237,8 +242,9 @@ fn the_lobe_comes_back_from_light_and_reflection() {
             within_two[k] += f64::from(u8::from(off < 1.96)) / trials as f64;
         }
     }
-    // One standard error covers 68 % and 1.96 cover 95 %; of 300 trials the shares have standard errors of 2.7 % and 1.3 %. Four of those either way (one
-    // false alarm in 2600 seeds), and 2 % for the weights, which are estimates themselves.
+    // One standard error covers 68 % and 1.96 cover 95 %; of 300 trials the shares have standard
+    // errors of 2.7 % and 1.3 %. Four of those either way (one false alarm in 2600 seeds), and 2 %
+    // for the weights, which are estimates themselves.
     for k in 0..3 {
         assert!((0.55..0.81).contains(&within_one[k]), "{within_one:?}");
         assert!(within_two[k] > 0.88, "{within_two:?}");

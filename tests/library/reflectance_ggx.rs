@@ -1,4 +1,5 @@
-//! The GGX lobe: χ² of its sampler, the furnace, closed forms, the mixture of Ward's lobes that it is, and the edges of its domain.
+//! The GGX lobe: χ² of its sampler, the furnace, closed forms, the mixture of Ward's lobes that it
+//! is, and the edges of its domain.
 
 use std::f64::consts::{LN_2, PI, TAU};
 
@@ -27,7 +28,8 @@ const DRAWS: usize = 500_000;
 const RINGS: usize = 20;
 const SECTORS: usize = 16;
 
-/// Which cell of half-vector slopes a light falls in: rings in 1 − 1/√(1 + t²/α²), as visible normals fall off.
+/// Which cell of half-vector slopes a light falls in: rings in 1 − 1/√(1 + t²/α²), as visible
+/// normals fall off.
 fn cell(alpha: [f64; 2], view: DVec3, light: DVec3) -> usize {
     let half = view + light;
     let (x, y) = (half.x / half.z / alpha[0], half.y / half.z / alpha[1]);
@@ -37,7 +39,8 @@ fn cell(alpha: [f64; 2], view: DVec3, light: DVec3) -> usize {
     (ring as usize).min(RINGS - 1) * SECTORS + (sector as usize).min(SECTORS - 1)
 }
 
-/// The expected share of each cell, on a fine grid of slopes; the solid angle of a light by finite differences of the reflection, not from a formula.
+/// The expected share of each cell, on a fine grid of slopes; the solid angle of a light by finite
+/// differences of the reflection, not from a formula.
 fn expected(alpha: [f64; 2], view: DVec3, density: impl Fn(DVec3) -> f64) -> Vec<f64> {
     let fine = 24;
     let mut shares = vec![0.0; RINGS * SECTORS];
@@ -195,7 +198,8 @@ fn closed_forms_along_the_normal() {
     assert!((ggx(1.0).albedo(1.0) - (1.0 - LN_2)).abs() < 1e-15);
 }
 
-/// Nodes and weights of ∫ f(s) ds over s > α², for what falls as e^(−s): the trapezoidal rule in s = α² + exp(y − e^(−y)). What is beyond s = 45 is left out.
+/// Nodes and weights of ∫ f(s) ds over s > α², for what falls as e^(−s): the trapezoidal rule in s
+/// = α² + exp(y − e^(−y)). What is beyond s = 45 is left out.
 fn mixture(alpha: f64) -> impl Iterator<Item = (f64, f64)> {
     let step = 1.0 / 24.0;
     (-96..=96).filter_map(move |k| {
@@ -264,7 +268,8 @@ fn it_is_a_mixture_of_wards_lobes_in_frequency() {
                 *mixed += weight * b;
             }
         }
-        // The lobes wider than 1, over t < 1 by the midpoint rule in t = sin²(π τ/2), whose ends are flat.
+        // The lobes wider than 1, over t < 1 by the midpoint rule in t = sin²(π τ/2), whose ends
+        // are flat.
         let nodes = 4000;
         for k in 0..nodes {
             let tau = (f64::from(k) + 0.5) / f64::from(nodes);
@@ -358,7 +363,8 @@ fn the_ends_of_alpha_at_grazing() {
         );
         let light = direction(theta, 2.0 + PI);
         let value = lobe.evaluate(view, light);
-        // Smith's factor of two directions at this angle is 1/√(cos² + α² sin²) · cos, and D is 1/(π α²).
+        // Smith's factor of two directions at this angle is 1/√(cos² + α² sin²) · cos, and D is
+        // 1/(π α²).
         let cosine = theta.cos();
         let root = (cosine * cosine + (alpha * theta.sin()).powi(2)).sqrt();
         let want = 1.0 / (PI * alpha * alpha) * (cosine / root) / (4.0 * cosine);

@@ -1,4 +1,5 @@
-//! What the lobes and materials say to bad input: at the edge of each domain, one step past it, and at random.
+//! What the lobes and materials say to bad input: at the edge of each domain, one step past it, and
+//! at random.
 
 use lobes::glam::DVec3;
 use lobes::reflectance::{HORIZON, MIN_SIGMA, Material, Roughness, Variant, Ward};
@@ -224,7 +225,8 @@ proptest! {
     }
 }
 
-/// Sizes whose squares, and whose successors, no `usize` holds, and some that a machine could only begin to fill.
+/// Sizes whose squares, and whose successors, no `usize` holds, and some that a machine could only
+/// begin to fill.
 const SIZES: [usize; 7] = [
     usize::MAX,
     usize::MAX - 1,
@@ -236,7 +238,8 @@ const SIZES: [usize; 7] = [
     (usize::MAX >> 1) + 1,
 ];
 
-/// Every public function that takes a degree or a size answers at once, whatever the size, with an error where there is no answer.
+/// Every public function that takes a degree or a size answers at once, whatever the size, with an
+/// error where there is no answer.
 #[test]
 fn no_size_is_too_large_to_be_refused() {
     use lobes::features::{Continuation, ImageSpectrum, RingLayout};

@@ -12,7 +12,8 @@ const SAMPLES: usize = 1_000_000;
 const RINGS: usize = 24;
 const SECTORS: usize = 16;
 
-/// Which cell of half-vector slopes a light falls in: rings of equal probability, for a sampler without a horizon.
+/// Which cell of half-vector slopes a light falls in: rings of equal probability, for a sampler
+/// without a horizon.
 fn cell(sigma: [f64; 2], view: DVec3, light: DVec3) -> usize {
     let half = view + light;
     let (x, y) = (half.x / half.z / sigma[0], half.y / half.z / sigma[1]);
@@ -21,8 +22,9 @@ fn cell(sigma: [f64; 2], view: DVec3, light: DVec3) -> usize {
     (ring as usize).min(RINGS - 1) * SECTORS + (sector as usize).min(SECTORS - 1)
 }
 
-/// The expected share of each cell: the density over directions, integrated with the cell's own fine grid. Directions from slopes
-/// by reflection, and the Jacobian `dω_i` = 4 (h·v) cos³δ dx dy by finite differences of those, not from a formula.
+/// The expected share of each cell: the density over directions, integrated with the cell's own
+/// fine grid. Directions from slopes by reflection, and the Jacobian `dω_i` = 4 (h·v) cos³δ dx dy
+/// by finite differences of those, not from a formula.
 fn expected(lobe: &Ward, density: &dyn Fn(&Ward, DVec3, DVec3) -> f64, view: DVec3) -> Vec<f64> {
     let sigma = lobe.sigma();
     let fine = 16;
@@ -79,8 +81,8 @@ fn p_value(counts: &[f64], shares: &[f64], drawn: f64) -> f64 {
     ChiSquared::new(freedom as f64).unwrap().sf(statistic)
 }
 
-/// The p values of all cells, of the rings alone and of the sectors alone: a fault that is spread over many cells hides in the first and not in
-/// the others.
+/// The p values of all cells, of the rings alone and of the sectors alone: a fault that is spread
+/// over many cells hides in the first and not in the others.
 fn p_values(counts: &[f64], shares: &[f64]) -> [f64; 3] {
     let rings = |cells: &[f64]| -> Vec<f64> {
         cells
@@ -162,10 +164,12 @@ fn lobes() -> Vec<Ward> {
     lobes
 }
 
-/// The χ² of 13 lobes, 3 views and 3 partitions together raise a false alarm in 1 % of all seeds (Šidák): 1 − 0.99^(1/117).
+/// The χ² of 13 lobes, 3 views and 3 partitions together raise a false alarm in 1 % of all seeds
+/// (Šidák): 1 − 0.99^(1/117).
 const LEAST_P: f64 = 8.6e-5;
 
-/// Standard errors that the furnace may be off by: in 39 tests a false alarm in 2·10⁻⁵ of all seeds.
+/// Standard errors that the furnace may be off by: in 39 tests a false alarm in 2·10⁻⁵ of all
+/// seeds.
 const FURNACE: f64 = 5.0;
 
 #[test]
@@ -210,8 +214,9 @@ fn chi_square_rejects_sigma_by_one_percent() {
 
 #[test]
 fn chi_square_rejects_a_missing_half_vector_cosine() {
-    // The fault has its integral made right, or it would show in that alone. h·v varies by tan θ_v times the slope: at 83° every lobe shows it, and
-    // along the normal no lobe of σ 0.01 could, h·v being 1 to 10⁻⁴ there.
+    // The fault has its integral made right, or it would show in that alone. h·v varies by tan θ_v
+    // times the slope: at 83° every lobe shows it, and along the normal no lobe of σ 0.01 could,
+    // h·v being 1 to 10⁻⁴ there.
     let view = views()[2];
     for sigma in [0.01, 0.1, 0.5] {
         let lobe = Ward::isotropic(Variant::Duer, sigma).unwrap();
@@ -238,7 +243,8 @@ fn chi_square_rejects_a_missing_half_vector_cosine() {
 
 #[test]
 fn the_furnace_rejects_a_wrong_power_of_cos_delta() {
-    // cos²δ for cos³δ in the weight: a change by σ²/2, which χ² does not see. Along the normal the weights are nearly equal and the furnace is sharpest.
+    // cos²δ for cos³δ in the weight: a change by σ²/2, which χ² does not see. Along the normal the
+    // weights are nearly equal and the furnace is sharpest.
     for sigma in [0.01, 0.1, 0.5] {
         let lobe = Ward::isotropic(Variant::Duer, sigma).unwrap();
         let albedo = lobe.albedo(1.0);

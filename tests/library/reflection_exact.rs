@@ -1,4 +1,5 @@
-//! The renderer where the answer is known exactly, or from the reference: band-limited light, averaged pixels, bad input.
+//! The renderer where the answer is known exactly, or from the reference: band-limited light,
+//! averaged pixels, bad input.
 
 use lobes::glam::DVec3;
 use lobes::harmonics::{Coefficients, evaluate};
@@ -69,7 +70,8 @@ fn band_limited_light_gives_what_the_operator_says() {
             assert!(error <= 1e-3);
             for ((got, want), sight) in got.iter().zip(&want).zip(&sights) {
                 for (channel, share) in [1.0, 0.5, 2.0].into_iter().enumerate() {
-                    // The map is bilinear between its pixels: up to (lh)²/12 = 3·10⁻⁴ of what is not constant.
+                    // The map is bilinear between its pixels: up to (lh)²/12 = 3·10⁻⁴ of what is
+                    // not constant.
                     let off = (got[channel] / (share * want) - 1.0).abs();
                     assert!(
                         off < 1.05e-3,
@@ -175,7 +177,8 @@ fn cameras_inside_the_sphere_or_without_a_field_of_view_are_refused_in_a_sentenc
 
 #[test]
 fn a_tolerance_that_is_not_met_says_how_close_it_came() {
-    // A view 0.01° from grazing, of pixels that have nothing to do with their neighbours: a lobe as slim as that no grid resolves.
+    // A view 0.01° from grazing, of pixels that have nothing to do with their neighbours: a lobe as
+    // slim as that no grid resolves.
     let mut random = rand_pcg::Pcg64::seed_from_u64(11);
     let pixels = (0..512 * 256)
         .map(|_| [(7.0 * random.random::<f64>().powi(4)).exp(); 3])

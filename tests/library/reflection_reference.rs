@@ -1,4 +1,5 @@
-//! The renderer against the reference, which shares no quadrature with it, and the reference against closed forms.
+//! The renderer against the reference, which shares no quadrature with it, and the reference
+//! against closed forms.
 
 use lobes::Parallelism;
 use lobes::glam::DVec3;
@@ -94,15 +95,16 @@ fn wide_lobes_keep_the_tolerance_under_a_sun() {
     for sigma in [0.05, 0.1, 0.4] {
         let material = Material::from_albedos("m", [0.0; 3], [1.0, 0.9, 0.8], sigma).unwrap();
         for variant in Variant::ALL {
-            // The horizon cuts the sun itself for one sight in hundreds on a map of 256 rows, and for one in sixteen here: what
-            // the tolerance spares.
+            // The horizon cuts the sun itself for one sight in hundreds on a map of 256 rows, and
+            // for one in sixteen here: what the tolerance spares.
             check(&material, variant, &[1e-2, 1e-3], 1);
         }
     }
 }
 
-/// Sights under rough light that two coarser sums agreed on, or a softened horizon, with errors of 2.5 to 9 times what they were taken for. They were found
-/// by `examples/renderer_accuracy.rs --itself` in such a renderer.
+/// Sights under rough light that two coarser sums agreed on, or a softened horizon, with errors of
+/// 2.5 to 9 times what they were taken for. They were found by `examples/renderer_accuracy.rs
+/// --itself` in such a renderer.
 #[test]
 #[cfg(feature = "builtin")]
 fn rough_light_at_the_horizon_keeps_the_tolerance() {

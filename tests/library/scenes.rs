@@ -1,4 +1,5 @@
-//! Photographs of spheres before walls, and of walls alone: made here, by rules that `lobes reproduce` does not use.
+//! Photographs of spheres before walls, and of walls alone: made here, by rules that `lobes
+//! reproduce` does not use.
 
 use std::f64::consts::{PI, TAU};
 

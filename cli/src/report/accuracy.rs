@@ -61,7 +61,8 @@ pub struct Comparison {
 }
 
 impl AccuracyRow {
-    /// The row of one evaluation by a classifier that has no scaling, continuation or lobe to its name.
+    /// The row of one evaluation by a classifier that has no scaling, continuation or lobe to its
+    /// name.
     pub fn new(
         protocol: &str,
         classifier: &str,
@@ -86,7 +87,8 @@ impl AccuracyRow {
     }
 }
 
-/// How well two materials that differ in colour alone can be told apart at the best, and how often they were not.
+/// How well two materials that differ in colour alone can be told apart at the best, and how often
+/// they were not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CeilingRow {
     /// Which pictures.
@@ -146,7 +148,8 @@ pub struct FilesRow {
     pub finish: usize,
     /// How many were more likely none of the materials than any one of them.
     pub strange: usize,
-    /// How far each circle was off, in radii of the sphere: the centre or the radius, whichever is more. Rising.
+    /// How far each circle was off, in radii of the sphere: the centre or the radius, whichever is
+    /// more. Rising.
     pub circle_errors: Vec<f64>,
 }
 

@@ -6,8 +6,8 @@ use crate::report::plot::{COLOURS, escape, header};
 use crate::report::{Axis, Chart, Mark, Naming, Series};
 use lobes::inference::Posterior;
 
-/// The power spectra of natural light (the paper's Figure 1): one thin line an illumination, its share
-/// of the power of l ≥ 1, and the median of all with the fitted range.
+/// The power spectra of natural light (the paper's Figure 1): one thin line an illumination, its
+/// share of the power of l ≥ 1, and the median of all with the fitted range.
 ///
 /// - `spectra`: (name, B_l for l = 0 … degree) of each illumination.
 /// - `eta`: the median exponent, for the reference line k / l^(2+η).
@@ -78,7 +78,8 @@ fn points(spectrum: &[f64]) -> Vec<(f64, f64)> {
     indexed.map(|(l, &power)| (l as f64, power)).collect()
 }
 
-/// The plane of v1 and v2 (the paper's Figure 2): one symbol an image, one colour a material, whose name stands beside its images.
+/// The plane of v1 and v2 (the paper's Figure 2): one symbol an image, one colour a material, whose
+/// name stands beside its images.
 ///
 /// - `materials`: their names.
 /// - `images`: (material, v1, v2) of each image.
@@ -138,7 +139,8 @@ pub fn calibration(coverage: &[(f64, f64, f64)]) -> String {
     .svg()
 }
 
-/// A posterior as a map: the specular share to the right, σ upwards by its logarithm, the darker the likelier; the cross is its mode.
+/// A posterior as a map: the specular share to the right, σ upwards by its logarithm, the darker
+/// the likelier; the cross is its mode.
 pub fn posterior_map(posterior: &Posterior) -> String {
     let (shares, sigmas) = (posterior.shares(), posterior.sigmas());
     let (left, top, cell_x, cell_y) = (64.0, 40.0, 16.0, 14.0);
@@ -216,7 +218,8 @@ pub fn posterior_map(posterior: &Posterior) -> String {
 /// A confusion matrix: rows are the truth, columns what was said.
 pub fn confusion_matrix(materials: &[String], matrix: &[Vec<usize>]) -> String {
     let n = materials.len() as f64;
-    // Names are set at 14, about 7.5 a letter, beside the rows and slanted by 50° above the columns.
+    // Names are set at 14, about 7.5 a letter, beside the rows and slanted by 50° above the
+    // columns.
     let longest = materials.iter().map(|name| name.chars().count()).max();
     let name = 7.5 * longest.unwrap_or(0) as f64;
     let (cell, left, top) = (46.0, (24.0 + name).max(160.0), 64.0 + 0.77 * name);

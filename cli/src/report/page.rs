@@ -161,7 +161,8 @@ impl Page {
         self.body.push_str("</dl>\n");
     }
 
-    /// An SVG document as part of the page, where hovering works and the page's colours hold, and what is seen in it.
+    /// An SVG document as part of the page, where hovering works and the page's colours hold, and
+    /// what is seen in it.
     pub fn drawing(&mut self, svg: &str, seen: &str, caption: &[Inline]) {
         let size = if svg.contains("width=\"760\"") {
             ""
@@ -193,21 +194,22 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// A table under its caption, which scrolls where the window is too narrow for it. A heading that ends in `#` marks a column of
-    /// numbers; a row's class is `""`, `"strong"` or `"quoted"`.
+    /// A table under its caption, which scrolls where the window is too narrow for it. A heading
+    /// that ends in `#` marks a column of numbers; a row's class is `""`, `"strong"` or `"quoted"`.
     pub fn table(&mut self, caption: &str, headings: &[&str], rows: &[(&str, Vec<String>)]) {
         self.body
             .push_str(&html_of_table("scroll", caption, headings, rows));
     }
 
-    /// A table of sentences, whose rows become paragraphs where the window is too narrow for it. What the last cell says is marked by the
-    /// row's class: `"good"`, `"bad"`, `"open"` or `""`.
+    /// A table of sentences, whose rows become paragraphs where the window is too narrow for it.
+    /// What the last cell says is marked by the row's class: `"good"`, `"bad"`, `"open"` or `""`.
     pub fn statements(&mut self, caption: &str, headings: &[&str], rows: &[(&str, Vec<String>)]) {
         self.body
             .push_str(&html_of_table("stack", caption, headings, rows));
     }
 
-    /// A table like that of [`table`](Self::table) above the list of contents, for what the whole page comes to.
+    /// A table like that of [`table`](Self::table) above the list of contents, for what the whole
+    /// page comes to.
     pub fn summary(&mut self, caption: &str, headings: &[&str], rows: &[(&str, Vec<String>)]) {
         self.lead
             .push_str(&html_of_table("scroll", caption, headings, rows));
@@ -289,7 +291,8 @@ fn paragraph(text: &[Inline]) -> String {
     format!("<p>{text}</p>\n")
 }
 
-/// The document as an element of a page: named by what is seen instead of by its title, which would stand over it as a tooltip.
+/// The document as an element of a page: named by what is seen instead of by its title, which would
+/// stand over it as a tooltip.
 fn inlined(svg: &str, seen: &str) -> String {
     let named = format!("role=\"img\" aria-label=\"{}\"", escape(seen));
     let mut svg = svg.trim_end().replacen("role=\"img\"", &named, 1);

@@ -68,8 +68,8 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
-/// Eight colours that people with any colour vision tell apart (Okabe and Ito 2008), the yellow darkened and black the colour of the text,
-/// which a page may change.
+/// Eight colours that people with any colour vision tell apart (Okabe and Ito 2008), the yellow
+/// darkened and black the colour of the text, which a page may change.
 pub(crate) const COLOURS: [&str; 8] = [
     "currentColor",
     "#0072b2",
@@ -370,7 +370,8 @@ impl Chart {
                     .map(|(_, _, a, b)| format!("{a:.1},{b:.1}"))
                     .collect();
                 let path = path.join(" ");
-                // What has its name in a tooltip alone gets a wide line that is not seen, for a pointer to meet.
+                // What has its name in a tooltip alone gets a wide line that is not seen, for a
+                // pointer to meet.
                 let wide = if series.naming == Naming::Tooltip {
                     format!(
                         "<polyline points=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-opacity=\"0\" stroke-width=\"9\"/>",
@@ -402,8 +403,9 @@ fn overlap(a: &Area, b: &Area) -> f64 {
 }
 
 impl Chart {
-    /// Writes the names of those series that have them at their points, each where it covers least of the points and of
-    /// the other names, with a line to the middle of its points where it stands off.
+    /// Writes the names of those series that have them at their points, each where it covers least
+    /// of the points and of the other names, with a line to the middle of its points where it
+    /// stands off.
     fn name_at_points(&self, out: &mut String, x: &Scale, y: &Scale) {
         let places = |series: &Series| -> Vec<(f64, f64)> {
             let placed = series.points.iter();
@@ -494,8 +496,8 @@ fn dashes(mark: Mark) -> &'static str {
 
 /// The head of an SVG document on a white ground.
 ///
-/// What is not said in `currentColor` is white ground (class `ground`), an edge of it (`halo`) or a thin rule (`rule`), whose colours a page that
-/// holds the drawing may change.
+/// What is not said in `currentColor` is white ground (class `ground`), an edge of it (`halo`) or a
+/// thin rule (`rule`), whose colours a page that holds the drawing may change.
 pub(crate) fn header(width: f64, height: f64, title: &str) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \

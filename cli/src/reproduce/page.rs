@@ -21,7 +21,8 @@ use super::{Beyond, HEADINGS, Row, Shown, columns, paper_rows, shown};
 use crate::output::sphere_exr;
 use Inline::{Code, Link, Text};
 
-/// The exposure of the pictures of spheres; 1 is the mean of the white sphere, which leaves its bright side room.
+/// The exposure of the pictures of spheres; 1 is the mean of the white sphere, which leaves its
+/// bright side room.
 const PICTURE_EXPOSURE: f64 = 0.5;
 
 /// Pixels a side of the pictures of each material.
@@ -754,7 +755,8 @@ impl Document {
     }
 }
 
-/// Adds a table without those of its columns of words that say the same in every row; its caption says them once.
+/// Adds a table without those of its columns of words that say the same in every row; its caption
+/// says them once.
 fn add_table(page: &mut Page, caption: &str, headings: &[&str], rows: Vec<(&str, Vec<String>)>) {
     let (kept, constants) = varying(headings, &rows);
     let headings: Vec<&str> = kept.iter().map(|&i| headings[i]).collect();
@@ -765,7 +767,8 @@ fn add_table(page: &mut Page, caption: &str, headings: &[&str], rows: Vec<(&str,
     page.table(&format!("{caption}{constants}"), &headings, &rows);
 }
 
-/// The columns that differ between rows, with all columns of numbers, and a phrase that says what the others hold.
+/// The columns that differ between rows, with all columns of numbers, and a phrase that says what
+/// the others hold.
 fn varying(headings: &[&str], rows: &[(&str, Vec<String>)]) -> (Vec<usize>, String) {
     let constant = |i: usize| {
         let mut values = rows.iter().map(|(_, row)| &row[i]);

@@ -466,7 +466,8 @@ mod tests {
         }
     }
 
-    /// One image of each material, whose v1, v2 and v7 are as the paper says; or matte ones are those of a mirror.
+    /// One image of each material, whose v1, v2 and v7 are as the paper says; or matte ones are
+    /// those of a mirror.
     fn images(materials: &[Material], turned: bool) -> Vec<Seen> {
         let image = |(material, parameters): (usize, &Material)| {
             let gloss = ratio(parameters).min(100.0) / (1.0 + ratio(parameters).min(100.0));

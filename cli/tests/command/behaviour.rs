@@ -1,4 +1,5 @@
-//! The command's manners: what goes where, exit codes, and that whatever ends it leaves nothing half-written.
+//! The command's manners: what goes where, exit codes, and that whatever ends it leaves nothing
+//! half-written.
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -76,7 +77,8 @@ fn inputs(folder: &Path) {
     .unwrap();
 }
 
-/// Answers alone on standard output, as JSON where it is asked for; under --quiet nothing else anywhere.
+/// Answers alone on standard output, as JSON where it is asked for; under --quiet nothing else
+/// anywhere.
 #[test]
 fn answers_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
@@ -147,7 +149,8 @@ fn no_colour() {
     }
 }
 
-/// What cannot take what is written: a full disk, a folder of the kernel's, a file where a folder should be.
+/// What cannot take what is written: a full disk, a folder of the kernel's, a file where a folder
+/// should be.
 #[cfg(target_os = "linux")]
 #[test]
 fn no_room() {

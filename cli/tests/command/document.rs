@@ -4,7 +4,8 @@ use std::path::Path;
 
 use lobes_cli::report::Chart;
 
-/// Holds a document of `docs/reference` and its figures against what is made now, or writes them where `LOBES_WRITE_DOCUMENTS` is set; `test` is what to run for that.
+/// Holds a document of `docs/reference` and its figures against what is made now, or writes them
+/// where `LOBES_WRITE_DOCUMENTS` is set; `test` is what to run for that.
 pub(crate) fn check(name: &str, test: &str, tables: &[(&str, String)], figures: &[(&str, Chart)]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference");
     let path = folder.join(name);

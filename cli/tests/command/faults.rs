@@ -1,5 +1,6 @@
-//! What machines do to a command at work: disks that are full, folders that cannot be written, files that shrink, very many files, a second
-//! run, Ctrl-C. Each ends in a whole answer or in a sentence, and nothing half-written.
+//! What machines do to a command at work: disks that are full, folders that cannot be written,
+//! files that shrink, very many files, a second run, Ctrl-C. Each ends in a whole answer or in a
+//! sentence, and nothing half-written.
 #![cfg(unix)]
 
 use std::io::Write;
@@ -120,8 +121,8 @@ fn the_disk_is_full() {
     let at = folder.path();
     inputs(at);
     let before = tree(at);
-    // In blocks of 512 or of 1024 bytes, by the shell. Past it writing fails as it does on a full disk, where the signal is
-    // ignored.
+    // In blocks of 512 or of 1024 bytes, by the shell. Past it writing fails as it does on a full
+    // disk, where the signal is ignored.
     let limited = |arguments: &[&str]| {
         through(
             &["sh", "-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\""],
@@ -147,7 +148,8 @@ fn the_disk_is_full() {
     assert!(lobes(&SET, at).status().unwrap().success());
 }
 
-/// A folder that nobody may write to: by its mode for users, and as an unprivileged user where the tests run as root.
+/// A folder that nobody may write to: by its mode for users, and as an unprivileged user where the
+/// tests run as root.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_folder_is_read_only() {
@@ -165,7 +167,8 @@ fn the_folder_is_read_only() {
         "--regid=65534",
         "--clear-groups",
     ];
-    // Where the user that tests run as may write anyway, another may not; who may not even start the command is no test of it.
+    // Where the user that tests run as may write anyway, another may not; who may not even start
+    // the command is no test of it.
     let before: &[&str] = if root { &nobody } else { &[] };
     let starts = through(before, &["--version"], at)
         .output()
@@ -250,7 +253,8 @@ fn a_file_shrinks_while_it_is_read() {
     });
 }
 
-/// Some thousand files, most of them none: answers come in their order, and a picture a long way down is read as the first would be.
+/// Some thousand files, most of them none: answers come in their order, and a picture a long way
+/// down is read as the first would be.
 #[test]
 fn a_folder_of_thousands() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,7 @@
 //! The tables and the figure of `docs/reference/ggx.md`, made here.
 //!
-//! `LOBES_WRITE_DOCUMENTS=1 cargo test --test command ggx_document` writes them; without it the test fails where they are not what is measured.
+//! `LOBES_WRITE_DOCUMENTS=1 cargo test --test command ggx_document` writes them; without it the
+//! test fails where they are not what is measured.
 use std::fmt::Write;
 
 use lobes::reflectance::recover::{KernelEstimate, recover_lobe};
@@ -69,7 +70,8 @@ fn reading_table() -> String {
             let sigma = (-b[l].ln() / (l * (l + 1)) as f64).sqrt();
             write!(page, " {l} | {:.2} |", sigma / alpha).unwrap();
         }
-        // Where x K₁(x) is the level, by bisection in the smallest α's degrees, which stand for a continuous x.
+        // Where x K₁(x) is the level, by bisection in the smallest α's degrees, which stand for a
+        // continuous x.
         let (alpha, mut low, mut high) = (0.001, 0usize, 100_000usize);
         while high - low > 1 {
             let middle = (low + high) / 2;
@@ -117,7 +119,8 @@ fn figure() -> Chart {
         naming: Naming::Legend,
         colour: colour.to_owned(),
         mark,
-        // As many digits as a plot shows, or the last of them would differ from one processor to the next.
+        // As many digits as a plot shows, or the last of them would differ from one processor to
+        // the next.
         points: values
             .into_iter()
             .enumerate()

@@ -1,4 +1,5 @@
-//! `lobes render --set`: sets that are complete, can be stopped, and say what is wrong with their description.
+//! `lobes render --set`: sets that are complete, can be stopped, and say what is wrong with their
+//! description.
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

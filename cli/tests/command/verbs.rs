@@ -30,7 +30,8 @@ fn hdr(width: usize, height: usize, rgbe: [u8; 4]) -> Vec<u8> {
         let mut value = rgbe;
         value[0] = value[0].wrapping_add((pixel * 37 % 61) as u8);
         value[1] = value[1].wrapping_sub((pixel * 53 % 47) as u8);
-        // Coarse patches that differ with the radiance: light of another place, not the same one brighter.
+        // Coarse patches that differ with the radiance: light of another place, not the same one
+        // brighter.
         let (u, v) = (pixel % width * 8 / width, pixel / width * 8 / height);
         let patch = (u * 7919 + v * 104_729 + usize::from(rgbe[0]) * 31_337) * 2_654_435_761;
         value[1] = value[1].wrapping_add((patch % 4_294_967_296 / 67_108_864) as u8);
@@ -173,7 +174,8 @@ fn bad_options_get_a_sentence() {
     fails(at, &["render", "--light", "nowhere"], &["nowhere"]);
 }
 
-/// What is too much, too little or nothing at all is refused at once, by a sentence, and leaves nothing.
+/// What is too much, too little or nothing at all is refused at once, by a sentence, and leaves
+/// nothing.
 #[test]
 fn bad_amounts_get_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
@@ -315,7 +317,8 @@ fn reproduce_writes_the_whole_page() {
     }
     let page = std::fs::read_to_string(at.join("r/index.html")).unwrap();
     assert_page_is_whole(&page, &at.join("r"));
-    // Every material has its name in the plane, its sphere, and what it was called; every statement of the paper its row.
+    // Every material has its name in the plane, its sphere, and what it was called; every statement
+    // of the paper its row.
     for material in presets() {
         assert!(page.contains(&format!("<b>{}</b>", material.name())));
     }
@@ -324,7 +327,8 @@ fn reproduce_writes_the_whole_page() {
     assert!(page.contains("in every row: protocol paper"));
 }
 
-/// Nothing is asked of the network but by a link that is clicked, there is no script, and what is linked or shown is there.
+/// Nothing is asked of the network but by a link that is clicked, there is no script, and what is
+/// linked or shown is there.
 fn assert_page_is_whole(page: &str, folder: &Path) {
     let addresses = page.matches("http").count();
     let clicked = page.matches("<a href=\"http").count();
@@ -349,7 +353,8 @@ fn assert_page_is_whole(page: &str, folder: &Path) {
     }
 }
 
-/// Debevec's probes are square angular maps, which a mirror ball could be too: the user says which. A cross among them is known by its shape.
+/// Debevec's probes are square angular maps, which a mirror ball could be too: the user says which.
+/// A cross among them is known by its shape.
 #[test]
 fn a_folder_of_angular_maps_and_crosses_works() {
     let folder = tempfile::tempdir().unwrap();
@@ -393,7 +398,8 @@ fn a_folder_of_angular_maps_and_crosses_works() {
     assert!(at.join("r/index.html").is_file());
 }
 
-/// Three small maps in a folder, and the arguments that make `classify` learn from them and keep nothing elsewhere.
+/// Three small maps in a folder, and the arguments that make `classify` learn from them and keep
+/// nothing elsewhere.
 fn classify(at: &Path, arguments: &[&str]) -> Output {
     let maps = at.join("maps");
     if !maps.is_dir() {
@@ -416,7 +422,8 @@ fn classify(at: &Path, arguments: &[&str]) -> Output {
         .expect("the command runs")
 }
 
-/// Spheres that `render` makes are read back: by their transparency, by the circle, and found; with colour and without.
+/// Spheres that `render` makes are read back: by their transparency, by the circle, and found; with
+/// colour and without.
 #[test]
 fn classify_reads_rendered_spheres() {
     let folder = tempfile::tempdir().unwrap();
@@ -642,7 +649,8 @@ fn lists_of_names() {
     assert_eq!(names, ["silver", "black plastic"]);
 }
 
-/// Names that nothing has are answered with those that there are, the nearest first, and shells complete them.
+/// Names that nothing has are answered with those that there are, the nearest first, and shells
+/// complete them.
 #[test]
 fn names_are_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -875,7 +883,8 @@ fn scene(seed: usize, width: usize) -> Vec<u8> {
     bytes
 }
 
-/// Maps that stand twice: the same pixels are refused, the same light is left out together, and so is what a file says.
+/// Maps that stand twice: the same pixels are refused, the same light is left out together, and so
+/// is what a file says.
 #[test]
 fn maps_of_one_place() {
     let folder = tempfile::tempdir().unwrap();
@@ -952,7 +961,8 @@ fn maps_of_one_place() {
     );
 }
 
-/// What was learned is kept with a checksum and with what it depends on: nothing else is ever used, and that is said.
+/// What was learned is kept with a checksum and with what it depends on: nothing else is ever used,
+/// and that is said.
 #[test]
 fn what_is_kept_is_checked() {
     let folder = tempfile::tempdir().unwrap();

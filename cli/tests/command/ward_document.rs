@@ -1,7 +1,7 @@
 //! The tables and figures of `docs/reference/ward.md`, made here.
 //!
-//! `LOBES_WRITE_DOCUMENTS=1 cargo test --test command ward_document` writes them; without it the test fails where they are not what is
-//! measured.
+//! `LOBES_WRITE_DOCUMENTS=1 cargo test --test command ward_document` writes them; without it the
+//! test fails where they are not what is measured.
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write;
 
@@ -36,7 +36,8 @@ fn albedo_table() -> String {
     page
 }
 
-/// The view angle from which on the albedo is above 1, by bisection of where it crosses, and what it is at 89.9°.
+/// The view angle from which on the albedo is above 1, by bisection of where it crosses, and what
+/// it is at 89.9°.
 fn bounds_table() -> String {
     let mut page = String::from(
         "| lobe | σ | largest up to 89.9° | at | passes 1 at |\n| --- | --- | --- | --- | --- |\n",
@@ -178,7 +179,8 @@ fn series(name: &str, colour: &str, mark: Mark, points: Vec<(f64, f64)>) -> Seri
         naming: Naming::Legend,
         colour: colour.to_owned(),
         mark,
-        // As many digits as a plot shows, or the last of them would differ from one processor to the next.
+        // As many digits as a plot shows, or the last of them would differ from one processor to
+        // the next.
         points: points
             .into_iter()
             .map(|(x, y)| (x, format!("{y:.5e}").parse().unwrap()))
@@ -314,7 +316,8 @@ fn error_figure() -> Chart {
 
 type Form = fn(Variant, f64, usize) -> lobes::Result<approximation::Approximation>;
 
-/// Green of six materials as Ngan, Durand and Matusik fitted them: name, `(ρ_d, ρ_s, α)` of Ward's lobe, `(ρ_s, α)` of Ward and Dür's.
+/// Green of six materials as Ngan, Durand and Matusik fitted them: name, `(ρ_d, ρ_s, α)` of Ward's
+/// lobe, `(ρ_s, α)` of Ward and Dür's.
 const PUBLISHED: [(&str, [f64; 3], [f64; 2]); 6] = [
     ("nickel", [0.0178, 0.154, 0.0432], [0.0828, 0.0424]),
     ("alum-bronze", [0.0586, 0.0274, 0.0357], [0.0189, 0.0374]),
@@ -336,7 +339,8 @@ fn published_table() -> String {
     for (name, [diffuse, specular, alpha], [duer_specular, duer_alpha]) in PUBLISHED {
         let surface = lobe(Variant::Ward1992, alpha);
         let mut measurements = Vec::new();
-        // The database's cells in θ_h (uniform in the root), θ_d and φ_d, every second, third and sixth; no angle beyond 80°, as the authors had it.
+        // The database's cells in θ_h (uniform in the root), θ_d and φ_d, every second, third and
+        // sixth; no angle beyond 80°, as the authors had it.
         for h in (0..90).step_by(2) {
             for d in (0..90).step_by(3) {
                 for p in (0..180).step_by(6) {
@@ -374,7 +378,8 @@ fn published_table() -> String {
     page
 }
 
-/// How far the coefficients `ρ̂_l` of the paper's printed limit are from what they are: the mirror, of which `B_lm = L_lm`.
+/// How far the coefficients `ρ̂_l` of the paper's printed limit are from what they are: the mirror,
+/// of which `B_lm = L_lm`.
 fn mirror_table() -> String {
     let mut page = String::from(
         "| l | b_l at σ = 10⁻⁵ | Λ_l ρ̂_l if ρ̂_l = 1/Λ_l | if ρ̂_l = Λ_l, as printed |\n| --- | --- | --- | --- |\n",

@@ -1,4 +1,5 @@
-//! Experts and their stack on pictures whose answer is plain: a mirror and a matte sphere under simulated light.
+//! Experts and their stack on pictures whose answer is plain: a mirror and a matte sphere under
+//! simulated light.
 
 use std::f64::consts::PI;
 
@@ -20,8 +21,8 @@ use rand_pcg::Pcg64;
 
 const DEGREE: usize = 12;
 
-/// Under each of `count` draws of natural light: a white matte sphere and a mirror. The frame of the view is that of the
-/// light, so no rotation is needed.
+/// Under each of `count` draws of natural light: a white matte sphere and a mirror. The frame of
+/// the view is that of the light, so no rotation is needed.
 fn dataset(count: usize, exposure: f64) -> Dataset<Reading> {
     let reader = Reader::new(Viewpoint::Orthographic).unwrap();
     let camera = Camera::orthographic(DVec3::Z, DVec3::Y).unwrap();
@@ -141,7 +142,8 @@ fn evidence_of_a_mirror_wins_by_the_light_and_not_by_exposure() {
 
 #[test]
 fn spheres_are_seen_from_all_round() {
-    // One bright side: towards +x, which is the right of the first picture and the left of the second of two.
+    // One bright side: towards +x, which is the right of the first picture and the left of the
+    // second of two.
     let pixels = (0..32 * 16)
         .map(|i| {
             [if (20..28).contains(&(i % 32)) {

@@ -1,4 +1,5 @@
-//! What classifiers read and learn, where the answer is known: invariances, closed forms, and models that are true.
+//! What classifiers read and learn, where the answer is known: invariances, closed forms, and
+//! models that are true.
 
 use lobes::features::{DrorFeatures, Needlets, RingLayout, UnbiasedBands, Unwrapped};
 use lobes::glam::DVec3;
@@ -49,8 +50,8 @@ fn close(a: &[f64], b: &[f64], bound: f64) {
     }
 }
 
-/// An exposure changes no feature that must not use it; a quarter turn, for which pixels are square, changes none but Dror's,
-/// whose wavelets are not blind to a shift along the ring.
+/// An exposure changes no feature that must not use it; a quarter turn, for which pixels are
+/// square, changes none but Dror's, whose wavelets are not blind to a shift along the ring.
 #[test]
 fn features_do_not_notice_exposure_or_a_quarter_turn() {
     let [image, turned] = pictures(64);
@@ -135,7 +136,8 @@ fn dataset(rows: &[(usize, usize, Vec<f64>)], labels: usize) -> Dataset<Vec<f64>
     }
 }
 
-/// Shrunk to the diagonal the discriminant is a sum over features: ln p ∝ −½ Σ (x − μ)²/s², with s² the pooled variance.
+/// Shrunk to the diagonal the discriminant is a sum over features: ln p ∝ −½ Σ (x − μ)²/s², with s²
+/// the pooled variance.
 #[test]
 fn a_discriminant_in_closed_form() {
     let mut rng = Pcg64::seed_from_u64(3);
@@ -197,14 +199,16 @@ fn a_discriminant_in_closed_form() {
     assert!(none, "{error}");
 }
 
-/// Samples whose features are the model's own functions and Gaussian noise: posteriors are honest and find the truth.
+/// Samples whose features are the model's own functions and Gaussian noise: posteriors are honest
+/// and find the truth.
 #[test]
 fn a_posterior_is_honest_where_its_model_is_true() {
     let mut rng = Pcg64::seed_from_u64(5);
     let mut samples = Vec::new();
     for i in 0..600 {
         let share = rng.random::<f64>();
-        // As the prior has it: the coverage is that of the intervals only if truths are drawn from it.
+        // As the prior has it: the coverage is that of the intervals only if truths are drawn from
+        // it.
         let sigma = 0.015 * (0.4f64 / 0.015).powf(rng.random());
         let noise = 0.3;
         let features = vec![
@@ -249,7 +253,8 @@ fn a_posterior_is_honest_where_its_model_is_true() {
         Calibration::of(&posteriors)
     };
     let (calibration, both) = (of(|r| &r.learned), of(|r| &r.both));
-    // Noise of 0.2 has a median error of 0.135; together with what was learned it is less, and the share is as it was.
+    // Noise of 0.2 has a median error of 0.135; together with what was learned it is less, and the
+    // share is as it was.
     assert!(
         both.sigma_error < of(|r| &r.evidence).sigma_error,
         "{both:?}"
@@ -270,8 +275,9 @@ fn a_posterior_is_honest_where_its_model_is_true() {
     assert_eq!(calibration.count, 600);
     // A noise of 0.3 in ln σ has a median error of 0.2; the third feature helps.
     assert!(calibration.sigma_error < 0.22, "{calibration:?}");
-    // A coverage of 0.5 over 600 has a standard deviation of 0.02. The grid's cells, 0.17 wide in ln σ where a posterior is 0.2, widen the
-    // outer intervals by 0.035: on a grid four times finer coverages are off by − 0.055 … + 0.01.
+    // A coverage of 0.5 over 600 has a standard deviation of 0.02. The grid's cells, 0.17 wide in
+    // ln σ where a posterior is 0.2, widen the outer intervals by 0.035: on a grid four times finer
+    // coverages are off by − 0.055 … + 0.01.
     for &(level, sigma, share) in &calibration.coverage {
         assert!(
             (sigma - level).abs() < 0.065 && (share - level).abs() < 0.065,
@@ -298,7 +304,8 @@ fn lights() -> Vec<EnvironmentMap> {
         .collect()
 }
 
-/// Every method under a protocol names every picture of turn 0 once, and by finish no fewer than by name.
+/// Every method under a protocol names every picture of turn 0 once, and by finish no fewer than by
+/// name.
 #[test]
 fn every_method_runs_and_counts_by_finish() {
     let maps = lights();
@@ -344,7 +351,8 @@ fn every_method_runs_and_counts_by_finish() {
     }
 }
 
-/// The README repeats a few numbers of the table in docs/explanation/inference.md, which `lobes reproduce --write` makes.
+/// The README repeats a few numbers of the table in docs/explanation/inference.md, which `lobes
+/// reproduce --write` makes.
 #[test]
 fn the_readme_has_the_numbers_of_the_table() {
     let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));

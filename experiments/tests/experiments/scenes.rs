@@ -8,8 +8,8 @@ use lobes_experiments::{NearestNeighbour, leave_one_illumination_out};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-/// Pictures whose light decides almost everything: of each illumination of `places` (equal numbers are one map twice), one of each
-/// of two materials.
+/// Pictures whose light decides almost everything: of each illumination of `places` (equal numbers
+/// are one map twice), one of each of two materials.
 fn pictures(places: &[u64], scenes: Scenes) -> Dataset<Vec<f64>> {
     let mut observations = Vec::new();
     for (illumination, &place) in places.iter().enumerate() {
@@ -36,7 +36,8 @@ fn pictures(places: &[u64], scenes: Scenes) -> Dataset<Vec<f64>> {
     }
 }
 
-/// Every map twice: a nearest neighbour is always right, and no better than without the copies once they are left out too.
+/// Every map twice: a nearest neighbour is always right, and no better than without the copies once
+/// they are left out too.
 #[test]
 fn maps_that_stand_twice_leak_and_scenes_do_not() {
     let once: Vec<u64> = (0..12).collect();
@@ -110,7 +111,8 @@ fn inner_loops_leave_scenes_out() {
     assert!(run(&few).is_err());
 }
 
-/// A posterior learned from samples that stand twice, their copies left out with them, is the posterior learned from them once.
+/// A posterior learned from samples that stand twice, their copies left out with them, is the
+/// posterior learned from them once.
 #[test]
 fn posteriors_leave_scenes_out() {
     let samples = |copies: usize| -> Vec<Sample<Vec<f64>>> {

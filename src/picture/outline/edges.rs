@@ -31,7 +31,8 @@ pub(super) struct Edges {
     pub(super) edges: Vec<Edge>,
 }
 
-/// The root of radiance, on which the noise of light is the same everywhere, with dark noise held down.
+/// The root of radiance, on which the noise of light is the same everywhere, with dark noise held
+/// down.
 fn even(value: f64, white: f64) -> f64 {
     (value.max(0.0) / white + 0.004).sqrt()
 }
@@ -54,8 +55,9 @@ impl Edges {
     }
 }
 
-/// The gradient of three channels as one: the direction in which they change most together (Di Zenzo 1986, 10.1016/0734-189X(86)90223-9),
-/// and by how much. Scharr's differences, whose directions are the best of 3 × 3.
+/// The gradient of three channels as one: the direction in which they change most together (Di
+/// Zenzo 1986, 10.1016/0734-189X(86)90223-9), and by how much. Scharr's differences, whose
+/// directions are the best of 3 × 3.
 fn gradients(values: &[[f64; 3]], width: usize, height: usize) -> Vec<(f64, f64)> {
     let mut field = vec![(0.0, 0.0); width * height];
     for y in 1..height.saturating_sub(1) {

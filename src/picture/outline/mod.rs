@@ -17,9 +17,10 @@ pub(super) use mask::of_mask;
 
 /// The circle of the sphere in a picture without a mask.
 ///
-/// Where the picture's border is of one value, as renderers leave it, what differs from that value is the sphere, and a circle
-/// is fitted to its outline, of which a part may be as dark as the background. Else it is the roundest edge in the picture; with it come the
-/// other round things that may be spheres too.
+/// Where the picture's border is of one value, as renderers leave it, what differs from that value
+/// is the sphere, and a circle is fitted to its outline, of which a part may be as dark as the
+/// background. Else it is the roundest edge in the picture; with it come the other round things
+/// that may be spheres too.
 ///
 /// # Errors
 /// A picture that is too small, or in which no circle is to be seen.

@@ -6,7 +6,8 @@ use super::Circle;
 use super::fit::{least_squares, through};
 use crate::picture::Picture;
 
-/// The sphere before a background of one value, where there is such a background and what stands before it is a disc or a part of one.
+/// The sphere before a background of one value, where there is such a background and what stands
+/// before it is a disc or a part of one.
 pub(super) fn before_one_value(picture: &Picture) -> Option<Circle> {
     let (width, height) = (picture.width(), picture.height());
     let border: Vec<[f64; 3]> = (0..width)
@@ -14,7 +15,8 @@ pub(super) fn before_one_value(picture: &Picture) -> Option<Circle> {
         .chain((0..height).flat_map(|y| [(0, y), (width - 1, y)]))
         .map(|(x, y)| picture.pixels()[y * width + x])
         .collect();
-    // A sphere that fills the picture takes up √(1/r) of the border, an eighth at r = 64: the middle value is the background's if half of it is.
+    // A sphere that fills the picture takes up √(1/r) of the border, an eighth at r = 64: the
+    // middle value is the background's if half of it is.
     let background: [f64; 3] = std::array::from_fn(|c| {
         let mut values: Vec<f64> = border.iter().map(|rgb| rgb[c]).collect();
         values.sort_by(f64::total_cmp);
@@ -38,7 +40,8 @@ pub(super) fn before_one_value(picture: &Picture) -> Option<Circle> {
     if off * 2 > border.len() {
         return None;
     }
-    // The first and the last pixel of every row and every column that differ: all of the outline that is seen is among them.
+    // The first and the last pixel of every row and every column that differ: all of the outline
+    // that is seen is among them.
     let inside = |x: usize, y: usize| differs(&picture.pixels()[y * width + x]);
     let mut edge = Vec::new();
     for y in 0..height {
@@ -55,7 +58,8 @@ pub(super) fn before_one_value(picture: &Picture) -> Option<Circle> {
             edge.push((x as f64 + 0.5, last as f64 + 1.0));
         }
     }
-    // Nothing that differs may lie outside of the circle, so that an outline which is cut off by darkness does not pull it in.
+    // Nothing that differs may lie outside of the circle, so that an outline which is cut off by
+    // darkness does not pull it in.
     let circle = enclosing(&edge, width, height)?;
     let close = 0.75 + 0.005 * circle.radius;
     let mut seen = [false; 36];
@@ -69,14 +73,15 @@ pub(super) fn before_one_value(picture: &Picture) -> Option<Circle> {
     (circle.radius >= 6.0 && arc >= 15).then_some(circle)
 }
 
-/// The circle of least median distance to the outermost edge points: three points at a time, then least squares over those close to it.
+/// The circle of least median distance to the outermost edge points: three points at a time, then
+/// least squares over those close to it.
 fn enclosing(edge: &[(f64, f64)], width: usize, height: usize) -> Option<Circle> {
     let hull = convex_hull(edge);
     if hull.len() < 8 {
         return None;
     }
-    // Points of the hull lie on the outline or on a chord where darkness cuts it off; the circle that passes most of them and leaves
-    // none outside is the outline.
+    // Points of the hull lie on the outline or on a chord where darkness cuts it off; the circle
+    // that passes most of them and leaves none outside is the outline.
     let most = 48.min(hull.len());
     let chosen: Vec<(f64, f64)> = (0..most).map(|i| hull[i * hull.len() / most]).collect();
     let size = width.max(height) as f64;

@@ -31,7 +31,8 @@ const LEFT: f64 = 0.03;
 
 type Samples = [f64; SAMPLES];
 
-/// What a line can be, and for each offset what a line that breaks there can be beyond that: all orthonormal, weighted.
+/// What a line can be, and for each offset what a line that breaks there can be beyond that: all
+/// orthonormal, weighted.
 struct Basis {
     weights: Samples,
     line: [Samples; 2],
@@ -82,7 +83,8 @@ impl Basis {
     }
 }
 
-/// How much better a line that breaks explains what each ray across a circle sees than one that does not, by the break's offset from the circle.
+/// How much better a line that breaks explains what each ray across a circle sees than one that
+/// does not, by the break's offset from the circle.
 pub(super) struct Rays {
     circle: Circle,
     /// (cos, sin) of each ray.
@@ -92,7 +94,8 @@ pub(super) struct Rays {
 }
 
 impl Rays {
-    /// The rays across a circle: `WEIGHT` and `HALF` keep what lies farther in or out from counting.
+    /// The rays across a circle: `WEIGHT` and `HALF` keep what lies farther in or out from
+    /// counting.
     pub(super) fn across(picture: &Reduced, circle: Circle) -> Self {
         let count = ((TAU * circle.radius / 1.5) as usize).clamp(48, 240);
         let basis = Basis::new();
@@ -137,7 +140,8 @@ impl Rays {
         }
     }
 
-    /// The gain of a ray, `off` pixels outside the circle: a quadratic spline, which has no corners for a search to stop at.
+    /// The gain of a ray, `off` pixels outside the circle: a quadratic spline, which has no corners
+    /// for a search to stop at.
     fn at(gain: &[f64; OFFSETS], off: f64) -> f64 {
         let place = (off + REACH) / STEP + 0.5;
         if !(place >= 1.0 && place < (OFFSETS - 1) as f64) {

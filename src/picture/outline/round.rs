@@ -26,7 +26,8 @@ const LEAST_SEEN: f64 = 0.5;
 /// The least share of the outline at which the light has to break nowhere but there.
 const LEAST_SHARP: f64 = 0.35;
 
-/// A circle like this one, or one with more edges along it, is expected in one of 10^8 places where edges lie by chance.
+/// A circle like this one, or one with more edges along it, is expected in one of 10^8 places where
+/// edges lie by chance.
 const LEAST_SCORE: f64 = 8.0;
 
 /// What speaks for a circle.
@@ -46,13 +47,16 @@ struct Support {
 /// The least score of another sphere, over that of the one that is chosen.
 const ANOTHER: f64 = 0.4;
 
-/// The roundest edge, and what else in the picture is round, apart from it, of at least half and at most twice its size, and almost as well seen.
+/// The roundest edge, and what else in the picture is round, apart from it, of at least half and at
+/// most twice its size, and almost as well seen.
 ///
-/// The roundest edge: circles that edges vote for, each moved to where most edges are and then to where the light breaks, and judged by
-/// how much of them is seen, against what the edges around would make of a circle by chance.
+/// The roundest edge: circles that edges vote for, each moved to where most edges are and then to
+/// where the light breaks, and judged by how much of them is seen, against what the edges around
+/// would make of a circle by chance.
 ///
 /// # Errors
-/// A picture in which no circle passes the least of that, and one in which all that does is saturated.
+/// A picture in which no circle passes the least of that, and one in which all that does is
+/// saturated.
 pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
     let side = picture.width().min(picture.height());
     let picture = Reduced::of(picture, side.div_ceil(SIDE));
@@ -116,7 +120,8 @@ pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
     })
 }
 
-/// The circle with the best score; but rather one around it, and of those that are all but the same the one on which the light breaks best.
+/// The circle with the best score; but rather one around it, and of those that are all but the same
+/// the one on which the light breaks best.
 fn choose(supports: &[Support]) -> Option<Support> {
     let best_of = |supports: &mut dyn Iterator<Item = &Support>, by: fn(&Support) -> f64| {
         supports.max_by(|a, b| by(a).total_cmp(&by(b))).copied()
@@ -141,8 +146,8 @@ fn choose(supports: &[Support]) -> Option<Support> {
     best_of(&mut supports.iter().filter(near), |support| support.gain)
 }
 
-/// The circle that most edges near a rough one lie on: least squares with weights that fall off with the distance, ever faster
-/// (Tukey's biweight, of a width that shrinks).
+/// The circle that most edges near a rough one lie on: least squares with weights that fall off
+/// with the distance, ever faster (Tukey's biweight, of a width that shrinks).
 fn settle(edges: &Edges, rough: Circle) -> Option<Circle> {
     let reach = 0.12 * rough.radius + 1.0;
     let near: Vec<Edge> = edges
@@ -178,11 +183,12 @@ fn settle(edges: &Edges, rough: Circle) -> Option<Circle> {
     (inside && circle.radius > 4.0 && circle.radius < 2.0 * rough.radius).then_some(circle)
 }
 
-/// How many edges lie along a circle, and how many would by chance: as many as along circles about the same centre that are smaller or
-/// larger.
+/// How many edges lie along a circle, and how many would by chance: as many as along circles about
+/// the same centre that are smaller or larger.
 ///
-/// The score is the tail of the binomial distribution by Chernoff's bound, n·KL(seen ‖ chance), with an independent place every four pixels: what
-/// is called meaningful a contrario (Desolneux, Moisan and Morel 2000, doi:10.1023/A:1026593302236).
+/// The score is the tail of the binomial distribution by Chernoff's bound, n·KL(seen ‖ chance),
+/// with an independent place every four pixels: what is called meaningful a contrario (Desolneux,
+/// Moisan and Morel 2000, doi:10.1023/A:1026593302236).
 fn support(edges: &Edges, circle: Circle) -> Support {
     const TOLERANCE: f64 = 0.75;
     let bins = (TAU * circle.radius / 2.0).ceil() as usize;

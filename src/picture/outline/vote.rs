@@ -14,9 +14,11 @@ const RATIO: f64 = 1.05;
 /// A cell's side over the radius; what is looked at are two by two cells.
 const CELL: f64 = 0.06;
 
-/// The circles with the most votes, best first: each edge votes for the centres that lie along its normal to either side, at every
-/// radius (Kimme, Ballard and Sklansky 1975, 10.1145/360666.360677), and of the votes for one centre and radius each sector of the circle
-/// counts once, by its strongest edge, so that a long straight edge or a patch of texture is one vote.
+/// The circles with the most votes, best first: each edge votes for the centres that lie along its
+/// normal to either side, at every radius (Kimme, Ballard and Sklansky 1975,
+/// 10.1145/360666.360677), and of the votes for one centre and radius each sector of the circle
+/// counts once, by its strongest edge, so that a long straight edge or a patch of texture is one
+/// vote.
 pub(super) fn candidates(edges: &Edges, least: f64, count: usize) -> Vec<Circle> {
     let (width, height) = (edges.width as f64, edges.height as f64);
     let most = 0.5 * width.min(height) * 1.02;

@@ -35,7 +35,8 @@ struct Goal {
     spent: f64,
 }
 
-/// What the last sight took: where the next begins. It changes how long an answer takes, never whether its bound holds.
+/// What the last sight took: where the next begins. It changes how long an answer takes, never
+/// whether its bound holds.
 #[derive(Debug, Clone, Copy)]
 struct Pace {
     /// The mean of the channels.
@@ -44,7 +45,8 @@ struct Pace {
     share: f64,
 }
 
-/// Sights that share a pace: always the same, so that answers do not depend on the number of threads.
+/// Sights that share a pace: always the same, so that answers do not depend on the number of
+/// threads.
 const BLOCK: usize = 64;
 
 /// How often a share is tried.
@@ -60,15 +62,19 @@ const WEIGHTS: f64 = 1e-13;
 const FLOOR: f64 = 0.01;
 
 impl LightTree {
-    /// The radiance that each sight sees, with an error of at most `tolerance` times the mean of its channels, or times a hundredth of what a white surface would show
-    /// under the map's mean radiance, if that is larger. A view below the horizon sees black.
+    /// The radiance that each sight sees, with an error of at most `tolerance` times the mean of
+    /// its channels, or times a hundredth of what a white surface would show under the map's mean
+    /// radiance, if that is larger. A view below the horizon sees black.
     ///
-    /// The bound of each radiance is proven (docs/reference/rendering-bound.md), and never above what is asked. The time of one is 10 to 100 µs for 10⁻³ on one core and grows
-    /// about as the logarithm of 1/`tolerance`; more for lobes that jump at the horizon, and much more for Ward's own lobe (`ward1992`), which has a root there.
+    /// The bound of each radiance is proven (docs/reference/rendering-bound.md), and never above
+    /// what is asked. The time of one is 10 to 100 µs for 10⁻³ on one core and grows about as the
+    /// logarithm of 1/`tolerance`; more for lobes that jump at the horizon, and much more for
+    /// Ward's own lobe (`ward1992`), which has a root there.
     ///
     /// # Errors
-    /// [`Error::Domain`] if the tolerance is not in [10⁻⁹, 0.1], or a normal or a view is not of unit length; [`Error::Tolerance`] where rounding allows no such
-    /// tolerance, or a lobe that ends in a root at the horizon would take more than memory.
+    /// [`Error::Domain`] if the tolerance is not in [10⁻⁹, 0.1], or a normal or a view is not of
+    /// unit length; [`Error::Tolerance`] where rounding allows no such tolerance, or a lobe that
+    /// ends in a root at the horizon would take more than memory.
     pub fn radiance(
         &self,
         material: &Material,
@@ -104,8 +110,9 @@ impl LightTree {
         Ok(blocks.concat())
     }
 
-    /// ∫ L f dω over the directions above the horizon, of a lobe that the caller gives, with an error of at most `tolerance` times the mean of the channels, or times
-    /// a hundredth of the map's mean radiance, if that is larger.
+    /// ∫ L f dω over the directions above the horizon, of a lobe that the caller gives, with an
+    /// error of at most `tolerance` times the mean of the channels, or times a hundredth of the
+    /// map's mean radiance, if that is larger.
     ///
     /// ```
     /// use lobes::illumination::EnvironmentMap;
@@ -130,7 +137,8 @@ impl LightTree {
     /// ```
     ///
     /// # Errors
-    /// As [`radiance`](Self::radiance); and [`Error::Lobe`] if the lobe is not finite, or is negative above the horizon, where it was asked.
+    /// As [`radiance`](Self::radiance); and [`Error::Lobe`] if the lobe is not finite, or is
+    /// negative above the horizon, where it was asked.
     pub fn integral<V, B>(&self, lobe: &FunctionLobe<V, B>, tolerance: f64) -> Result<Bounded>
     where
         V: Fn(DVec3) -> f64 + Sync,
@@ -236,7 +244,8 @@ impl LightTree {
         let corners = [at, at + 1, at + self.columns + 1, at + self.columns + 2];
         let weights = [(1.0 - y) * (1.0 - x), (1.0 - y) * x, y * (1.0 - x), y * x];
         let mut answer = Bounded::default();
-        // A direction is off by a few units in the last place, and the azimuth by that over the sine.
+        // A direction is off by a few units in the last place, and the azimuth by that over the
+        // sine.
         let off = (1e-15 / self.step / sine.max(1e-15)).min(1.0);
         for (index, weight) in corners.into_iter().zip(weights) {
             for (channel, albedo) in albedo.into_iter().enumerate() {

@@ -6,8 +6,8 @@ use glam::DVec3;
 use super::lobe::Lobe;
 use super::parts::PartLight;
 
-/// The height over the horizon about the middle of eight patches: its value, its change over half a side down and along, and how
-/// far a patch's heights may be from that plane.
+/// The height over the horizon about the middle of eight patches: its value, its change over half a
+/// side down and along, and how far a patch's heights may be from that plane.
 struct Plane<S: Simd> {
     height: f64x8<S>,
     down: f64x8<S>,
@@ -45,7 +45,8 @@ impl<S: Simd> Plane<S> {
     }
 }
 
-/// A bound of the error of [`CutCells::sum`]; `bend` is that of the bilinear interpolant of f sin θ.
+/// A bound of the error of [`CutCells::sum`]; `bend` is that of the bilinear interpolant of f sin
+/// θ.
 #[inline(always)]
 pub(super) fn error<S: Simd>(
     simd: S,
@@ -59,7 +60,8 @@ pub(super) fn error<S: Simd>(
     let splat = |value| f64x8::splat(simd, value);
     let plane = Plane::new(simd, lobe.normal(), light);
     let steepest = plane.down.abs().max(plane.along.abs());
-    // Between the true horizon and the line the lobe is at most this, and the area of (θ, ψ) at most that.
+    // Between the true horizon and the line the lobe is at most this, and the area of (θ, ψ) at
+    // most that.
     let at = lobe.at_the_horizon(simd, light.patches.centre, radius, plane.bent * 2.0);
     let [down, along] = light.patches.half;
     let area = (plane.bent * 4.0 / steepest).min(splat(4.0)) * down * along;
@@ -137,7 +139,8 @@ impl<S: Simd> CutCells<S> {
             let ([a, b], [c, d]) = (line(top), line(bottom));
             [a, b, c, d]
         });
-        // Both axes turned so that the height grows, and changed about so that it grows more along the second.
+        // Both axes turned so that the height grows, and changed about so that it grows more along
+        // the second.
         let flip_down = plane.down.simd_lt(splat(0.0));
         let flip_along = plane.along.simd_lt(splat(0.0));
         let (grow_down, grow_along) = (plane.down.abs(), plane.along.abs());

@@ -79,6 +79,10 @@ impl LightTree {
         work.next_parts = next;
     }
 
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is one thing that a pass over boxes needs"
+    )]
     #[inline(always)]
     fn boxes<S: Simd>(
         &self,
@@ -126,7 +130,7 @@ impl LightTree {
         let astride = height.simd_lt(radius);
         if astride.any_true() {
             let below = lobe.at_the_horizon(simd, patches.centre, radius, radius - height);
-            error = error + astride.select(below, splat(0.0));
+            error += astride.select(below, splat(0.0));
         }
         let error = error * mass;
         let (mut sizes, mut errors) = ([0.0; 8], [0.0; 8]);

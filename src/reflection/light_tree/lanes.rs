@@ -35,7 +35,8 @@ pub(super) fn small_sin_cos<S: Simd>(simd: S, angle: f64x8<S>) -> (f64x8<S>, f64
 #[inline(always)]
 pub(super) fn exponential<S: Simd>(simd: S, x: f64x8<S>) -> f64x8<S> {
     let splat = |value| f64x8::splat(simd, value);
-    // Adding it rounds to an integer and leaves that integer, biased as an exponent, in the low bits.
+    // Adding it rounds to an integer and leaves that integer, biased as an exponent, in the low
+    // bits.
     const SHIFT: f64 = 6_755_399_441_055_744.0 + 1023.0;
     let scaled = x.max(splat(-708.0)) * splat(std::f64::consts::LOG2_E);
     let shifted = scaled + splat(SHIFT);

@@ -9,8 +9,8 @@ use super::neighbourhood::Neighbourhood;
 
 /// A lobe times the light's cosine, at one normal and one view, as a function of the light.
 ///
-/// Above the horizon it is the lobe; the function that [`value`](Self::value) gives may go on below it. Directions are unit
-/// vectors of the map's frame.
+/// Above the horizon it is the lobe; the function that [`value`](Self::value) gives may go on below
+/// it. Directions are unit vectors of the map's frame.
 pub(crate) trait Lobe: Sync {
     /// Whether its values have to be looked at: they come from a caller.
     const DOUBTED: bool = false;
@@ -21,13 +21,14 @@ pub(crate) trait Lobe: Sync {
     /// The function in eight directions.
     fn value<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> f64x8<S>;
 
-    /// At least the size of the function, continued analytically, in a complex neighbourhood of a direction; infinite where it is
-    /// not analytic there. Where the neighbourhood is real it is finite: at least the size of the lobe in the directions that are
-    /// above the horizon.
+    /// At least the size of the function, continued analytically, in a complex neighbourhood of a
+    /// direction; infinite where it is not analytic there. Where the neighbourhood is real it is
+    /// finite: at least the size of the lobe in the directions that are above the horizon.
     fn bound<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], near: Neighbourhood<S>) -> f64x8<S>;
 
-    /// At least the size of the continued function at the directions within `real` of the centre whose height over the horizon is
-    /// between −`depth` and `depth`; infinite if it is not analytic there.
+    /// At least the size of the continued function at the directions within `real` of the centre
+    /// whose height over the horizon is between −`depth` and `depth`; infinite if it is not
+    /// analytic there.
     fn at_the_horizon<S: Simd>(
         &self,
         simd: S,
@@ -36,7 +37,8 @@ pub(crate) trait Lobe: Sync {
         depth: f64x8<S>,
     ) -> f64x8<S>;
 
-    /// About the imaginary reach at which the bound over its power `order` is least: changes how often boxes are opened only.
+    /// About the imaginary reach at which the bound over its power `order` is least: changes how
+    /// often boxes are opened only.
     fn reach<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], order: f64) -> f64x8<S>;
 
     /// How wrong a value may be by rounding, relative.
@@ -101,14 +103,16 @@ impl Lobe for LambertLobe {
 
 /// A lobe that a caller gives, as functions of directions of the world.
 ///
-/// `value` is the lobe times the light's cosine. It is asked in directions above the horizon of `normal` and a little below it, where it may go on in any
-/// way; what it gives there does not count.
+/// `value` is the lobe times the light's cosine. It is asked in directions above the horizon of
+/// `normal` and a little below it, where it may go on in any way; what it gives there does not
+/// count.
 ///
 /// `bound` says how large the function gets: for a centre c and two numbers r and s, at least |f(x + iy)| for all x and y with |x − c| ≤ r and |y| ≤ s, where f is
 /// the function continued analytically to complex vectors, and infinity where it is not analytic. With s = 0 it is finite, and bounds f in the directions x above the
 /// horizon alone. The answer is as true as this bound is.
 ///
-/// `width` is about the angle over which the lobe changes. It decides how long an answer takes only.
+/// `width` is about the angle over which the lobe changes. It decides how long an answer takes
+/// only.
 #[derive(Debug, Clone, Copy)]
 pub struct FunctionLobe<V, B> {
     /// What it is called in an error.
@@ -205,8 +209,8 @@ where
     }
 }
 
-/// A vector of the world in the map's frame: (sin θ cos ψ, sin θ sin ψ, cos θ), with ψ growing with the map's columns. It is the world's
-/// frame up to a mirroring, which no scalar product sees.
+/// A vector of the world in the map's frame: (sin θ cos ψ, sin θ sin ψ, cos θ), with ψ growing with
+/// the map's columns. It is the world's frame up to a mirroring, which no scalar product sees.
 pub(super) fn to_map(world: DVec3) -> DVec3 {
     DVec3::new(world.z, -world.x, world.y)
 }

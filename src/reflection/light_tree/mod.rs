@@ -1,4 +1,5 @@
-//! The light as a tree: integrals against any lobe, with a bound of their errors. What holds, and why: docs/reference/rendering-bound.md.
+//! The light as a tree: integrals against any lobe, with a bound of their errors. What holds, and
+//! why: docs/reference/rendering-bound.md.
 
 mod answer;
 mod cut;

@@ -2,8 +2,8 @@
 
 use fearless_simd::{f64x8, prelude::*};
 
-/// A complex neighbourhood of a direction: every x + iy with |x − centre| ≤ `still` + `moving` cos φ and |y| ≤ `imaginary` sin φ for
-/// some φ from 0 to π/2.
+/// A complex neighbourhood of a direction: every x + iy with |x − centre| ≤ `still` + `moving` cos
+/// φ and |y| ≤ `imaginary` sin φ for some φ from 0 to π/2.
 #[derive(Clone, Copy)]
 pub(crate) struct Neighbourhood<S: Simd> {
     pub(crate) still: f64x8<S>,

@@ -1,4 +1,5 @@
-//! How wrong a patch of light may be when it is taken whole: the bounds of docs/reference/rendering-bound.md.
+//! How wrong a patch of light may be when it is taken whole: the bounds of
+//! docs/reference/rendering-bound.md.
 
 use fearless_simd::{f64x8, prelude::*};
 
@@ -91,7 +92,7 @@ fn ellipses<S: Simd>(simd: S, patches: &Patches<S>, reach: f64x8<S>) -> Ellipses
 fn power<S: Simd>(x: f64x8<S>, order: usize) -> f64x8<S> {
     let mut product = x;
     for _ in 1..order {
-        product = product * x;
+        product *= x;
     }
     product
 }
@@ -104,7 +105,8 @@ fn hermite<S: Simd>(simd: S, rho: f64x8<S>, [major, minor]: [f64x8<S>; 2]) -> f6
     length / ((major - 1.0) * (power - one / power))
 }
 
-/// A bound of |f − its interpolant| on patches whose weights are kept, with an ellipse of about `reach`.
+/// A bound of |f − its interpolant| on patches whose weights are kept, with an ellipse of about
+/// `reach`.
 #[inline(always)]
 pub(super) fn interpolation<S: Simd>(
     simd: S,
@@ -118,7 +120,8 @@ pub(super) fn interpolation<S: Simd>(
     (hermite(simd, down, near.semi[0]) + hermite(simd, along, near.semi[1]) * LEBESGUE) * size
 }
 
-/// A bound of the error of Gauss's rule with 1 … 4 nodes a side, over the light of the patch in θ and ψ.
+/// A bound of the error of Gauss's rule with 1 … 4 nodes a side, over the light of the patch in θ
+/// and ψ.
 #[inline(always)]
 pub(super) fn gauss<S: Simd>(
     simd: S,

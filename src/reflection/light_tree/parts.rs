@@ -6,7 +6,8 @@ use super::lanes::small_sin_cos;
 use super::opening::Patches;
 use super::tree::LightTree;
 
-/// A part of a cell: the row and the column of the cell, where its middle is from −1 to 1, and half its sides over the cell's.
+/// A part of a cell: the row and the column of the cell, where its middle is from −1 to 1, and half
+/// its sides over the cell's.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part {
     pub(super) row: u32,

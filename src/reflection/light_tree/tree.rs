@@ -12,7 +12,8 @@ use crate::{Parallelism, Result, vectors};
 pub(super) const POINTS: usize = 8;
 pub(super) const NODES: usize = POINTS * POINTS;
 
-/// The smallest boxes have 2² cells a side, and 2³ where the map has more rows than this: a matter of memory.
+/// The smallest boxes have 2² cells a side, and 2³ where the map has more rows than this: a matter
+/// of memory.
 const MANY_ROWS: usize = 1024;
 
 /// Maps of fewer rows are refined, so that a cell is small.
@@ -41,12 +42,16 @@ pub(super) struct Level {
 
 /// A map made ready for integrals against any lobe, with a bound of their errors.
 ///
-/// The light is kept as a tree of boxes of the map, 4, 8, 16 … cells a side, a cell being what lies between the centres of four pixels. Each box holds
-/// the integrals of the light against Lagrange's polynomials on 8 × 8 Chebyshev points, exact for the function that
-/// [`EnvironmentMap::radiance`] is, so that a lobe that is smooth on the box is integrated by 64 of its values. Boxes on which it is not smooth enough are opened,
-/// down to cells and parts of cells. What that costs in accuracy is bounded, and the boxes are opened until the bound fits: docs/reference/rendering-bound.md.
+/// The light is kept as a tree of boxes of the map, 4, 8, 16 … cells a side, a cell being what lies
+/// between the centres of four pixels. Each box holds the integrals of the light against Lagrange's
+/// polynomials on 8 × 8 Chebyshev points, exact for the function that [`EnvironmentMap::radiance`]
+/// is, so that a lobe that is smooth on the box is integrated by 64 of its values. Boxes on which
+/// it is not smooth enough are opened, down to cells and parts of cells. What that costs in
+/// accuracy is bounded, and the boxes are opened until the bound fits:
+/// docs/reference/rendering-bound.md.
 ///
-/// It serves all lobes and takes 128 bytes a pixel beside the map's own 24 (32 for maps of more than 1024 rows): 20 MB for 512 × 256 pixels.
+/// It serves all lobes and takes 128 bytes a pixel beside the map's own 24 (32 for maps of more
+/// than 1024 rows): 20 MB for 512 × 256 pixels.
 ///
 /// ```
 /// use lobes::illumination::EnvironmentMap;
@@ -150,7 +155,8 @@ impl LightTree {
         let rows = self.rows.div_ceil(side);
         let columns = self.columns.div_ceil(side);
         let rule = Rule::gauss_legendre(12)?;
-        // ∫ of a pixel's half hats times Lagrange's polynomials over a cell: (pixel before, pixel after).
+        // ∫ of a pixel's half hats times Lagrange's polynomials over a cell: (pixel before, pixel
+        // after).
         let moments = |middle: f64, box_middle: f64, limits: [f64; 2], sine: bool| {
             let mut sums = [[0.0; POINTS]; 2];
             let (centre, half) = (0.5 * (limits[0] + limits[1]), 0.5 * (limits[1] - limits[0]));
@@ -323,8 +329,8 @@ impl LightTree {
     }
 }
 
-/// The pixels of a map refined by an odd factor, which leaves its function, with the rows beyond the poles and the first column
-/// after the last.
+/// The pixels of a map refined by an odd factor, which leaves its function, with the rows beyond
+/// the poles and the first column after the last.
 fn padded(map: &EnvironmentMap, times: usize) -> Result<Vec<[f64; 3]>> {
     let (width, height) = (times * map.width(), times * map.height());
     let refined = if times == 1 {

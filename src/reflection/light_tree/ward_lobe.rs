@@ -23,7 +23,8 @@ pub(crate) struct WardLobe {
     sigma: f64,
     /// All factors that do not depend on the light.
     scale: f64,
-    /// The powers of [`Variant::powers`](crate::reflectance::Variant): halves of the light's cosine; of 1 + t²; and by which H_z divides.
+    /// The powers of [`Variant::powers`](crate::reflectance::Variant): halves of the light's
+    /// cosine; of 1 + t²; and by which H_z divides.
     light: i8,
     secant: i8,
     height: i8,
@@ -73,16 +74,16 @@ impl WardLobe {
     ) -> f64x8<S> {
         let mut value = gaussian;
         for _ in 0..self.light / 2 {
-            value = value * cosine;
+            value *= cosine;
         }
         if self.has_a_root() {
-            value = value * cosine.sqrt();
+            value *= cosine.sqrt();
         }
         for _ in 0..self.secant {
-            value = value * stretch;
+            value *= stretch;
         }
         for _ in 0..self.height {
-            value = value * recip;
+            value *= recip;
         }
         value
     }
@@ -99,8 +100,9 @@ impl WardLobe {
         (height, recip, square)
     }
 
-    /// A bound of the lobe where −Re t² is at most `exponent` and |1 + t²| at most `stretch`, the half vector's height is at least
-    /// `up`, the light's at most `height` in size, and the light at most `away` from a unit vector.
+    /// A bound of the lobe where −Re t² is at most `exponent` and |1 + t²| at most `stretch`, the
+    /// half vector's height is at least `up`, the light's at most `height` in size, and the light
+    /// at most `away` from a unit vector.
     #[inline(always)]
     fn bounded<S: Simd>(
         &self,
@@ -159,7 +161,8 @@ impl Lobe for WardLobe {
         let lowest = centre_up - real;
         let up = plain.select(lowest.max(splat(self.cosine)), lowest);
         let long = (square + one).sqrt() / up;
-        // Of D/(h + δ): docs/reference/rendering-bound.md. Of a centre that is lower than any light above the horizon the slope says nothing.
+        // Of D/(h + δ): docs/reference/rendering-bound.md. Of a centre that is lower than any light
+        // above the horizon the slope says nothing.
         let known = centre_up.simd_gt(splat(1e-6));
         let still_slope = known.select(
             long * imaginary.mul_add(imaginary / up, still),
@@ -223,7 +226,8 @@ impl Lobe for WardLobe {
         let splat = |value| f64x8::splat(simd, value);
         let (height, _, square) = self.half(simd, centre);
         let up = height + splat(self.cosine);
-        // The imaginary part of the slope at which the Gaussian has grown as much as the power has; in the tail, the whole move.
+        // The imaginary part of the slope at which the Gaussian has grown as much as the power has;
+        // in the tail, the whole move.
         let near = splat(self.sigma * (0.5 * order).sqrt());
         let far = splat(0.5 * order * self.sigma * self.sigma) / square.sqrt();
         let slope = near.min(far) / (square + splat(1.0)).sqrt();
