@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::{Error, Result};
+
 /// A direction whose cosine with the normal is not larger than this counts as below the horizon,
 /// where every lobe is 0.
 ///
@@ -18,6 +20,18 @@ pub(super) fn visible(direction: DVec3) -> bool {
 }
 
 /// Whether a direction is of unit length; false for anything that is not finite.
-pub(super) fn unit(direction: DVec3) -> bool {
+fn unit(direction: DVec3) -> bool {
     (direction.length_squared() - 1.0).abs() <= UNIT_TOLERANCE
+}
+
+/// Checks that a view and its lights are of unit length.
+pub(super) fn check_unit(view: DVec3, lights: &[DVec3]) -> Result<()> {
+    match std::iter::once(&view).chain(lights).find(|d| !unit(**d)) {
+        None => Ok(()),
+        Some(direction) => Err(Error::Domain {
+            what: "the length of a direction",
+            value: direction.length(),
+            allowed: "1 to within 5e-7; divide the direction by its length",
+        }),
+    }
 }

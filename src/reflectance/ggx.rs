@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use fearless_simd::{Select, dispatch, f64x8, prelude::*};
 use glam::DVec3;
 
-use super::direction::{HORIZON, UNIT_TOLERANCE, unit, visible};
+use super::direction::{HORIZON, UNIT_TOLERANCE, check_unit, visible};
 use super::fresnel::Fresnel;
 use super::ward::Sample;
 use crate::numeric::sincospi;
@@ -169,15 +169,7 @@ impl Ggx {
     /// that is not of unit length (its square within 10⁻⁶ of 1).
     pub fn evaluate_batch(&self, view: DVec3, lights: &[DVec3], out: &mut [f64]) -> Result<()> {
         crate::error::check_length("the output of a batch", lights.len(), out.len())?;
-        for direction in std::iter::once(&view).chain(lights) {
-            if !unit(*direction) {
-                return Err(Error::Domain {
-                    what: "the length of a direction",
-                    value: direction.length(),
-                    allowed: "1 to within 5e-7; divide the direction by its length",
-                });
-            }
-        }
+        check_unit(view, lights)?;
         if !visible(view) {
             out.fill(0.0);
             return Ok(());

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rand::RngExt;
 
 use super::batch::Block;
-use super::direction::{HORIZON, unit, visible};
+use super::direction::{HORIZON, check_unit, visible};
 use super::horizon::{self, Horizon};
 use super::slope::{self, Gaussian, Node};
 use super::variant::{Powers, Variant};
@@ -120,15 +120,7 @@ impl Ward {
     /// that is not of unit length (its square within 10⁻⁶ of 1).
     pub fn evaluate_batch(&self, view: DVec3, lights: &[DVec3], out: &mut [f64]) -> Result<()> {
         crate::error::check_length("the output of a batch", lights.len(), out.len())?;
-        for direction in std::iter::once(&view).chain(lights) {
-            if !unit(*direction) {
-                return Err(Error::Domain {
-                    what: "the length of a direction",
-                    value: direction.length(),
-                    allowed: "1 to within 5e-7; divide the direction by its length",
-                });
-            }
-        }
+        check_unit(view, lights)?;
         if !visible(view) {
             out.fill(0.0);
             return Ok(());
