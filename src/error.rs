@@ -329,9 +329,28 @@ pub enum Error {
         /// What the encoder says.
         problem: String,
     },
-    /// The input is well formed but the operation has no answer for it.
-    #[error("{0}")]
-    Unanswerable(String),
+    /// A map has more rows than the renderer takes.
+    #[error(
+        "the map {map:?} has {rows} rows, and the renderer takes up to {limit}; halve it first"
+    )]
+    TooManyRows {
+        /// The map's name.
+        map: String,
+        /// How many rows it has.
+        rows: usize,
+        /// The most that are taken.
+        limit: usize,
+    },
+    /// Two materials would have one name in a format that tells materials apart by their names.
+    #[error(
+        "two materials would be written to {format} as {name:?}; give one of them another name"
+    )]
+    SameName {
+        /// The format's name.
+        format: &'static str,
+        /// The name that both would have.
+        name: String,
+    },
     /// Bytes in memory that should be what a file holds are not: see [`File`](Self::File) for those
     /// that are in one.
     #[error("{problem}; {remedy}")]

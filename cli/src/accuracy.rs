@@ -6,7 +6,8 @@ use serde_json::json;
 
 use crate::arguments::Accuracy;
 use crate::console;
-use lobes::{Error, Parallelism, Result};
+use crate::error::{Error, Result};
+use lobes::Parallelism;
 use lobes_contracts::{Snapshots, measure_all, print};
 
 pub(super) fn run(options: &Accuracy) -> Result<()> {
@@ -48,9 +49,10 @@ pub(super) fn run(options: &Accuracy) -> Result<()> {
     if broken == 0 {
         Ok(())
     } else {
-        Err(Error::Unanswerable(format!(
-            "{broken} of {} contracts do not hold here; `cargo test --test contracts` says how",
-            measured.len()
-        )))
+        Err(Error::Partly {
+            failed: broken,
+            total: measured.len(),
+            what: "contracts do not hold here; `cargo test --test contracts` says how".into(),
+        })
     }
 }

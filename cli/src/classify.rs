@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use crate::arguments::Classify;
+use crate::error::{Error, Result};
 use crate::output::OutputFolder;
 use crate::report::{Figure, Image, Inline, Page, posterior_map};
 use crate::{console, input, lights, materials, progress, training};
+use lobes::Parallelism;
 use lobes::illumination::Luminance;
 use lobes::inference::{Model, SphereFeatures, Verdict};
 use lobes::picture::{Circle, Picture, Sphere as Cut};
 use lobes::picture::{encode_png, encode_spheres};
 use lobes::reflectance::Material;
-use lobes::{Error, Parallelism, Result};
 
 /// A sphere as it was read.
 struct Sphere {
@@ -54,10 +55,16 @@ pub(super) fn run(options: &Classify) -> Result<()> {
         if learned.is_none() && spheres.iter().any(Result::is_ok) {
             learned = Some(bar.suspend(|| learn(options, &materials))?);
         }
-        let verdicts = Parallelism::Rayon.map(paths.len(), |i| match (&spheres[i], &learned) {
-            (Ok(sphere), Some(model)) => model.verdict(&sphere.features),
-            (Ok(_), None) => Err(Error::Unanswerable("nothing was learned".into())),
-            (Err(error), _) => Err(error.clone()),
+        let verdicts = Parallelism::Rayon.map(paths.len(), |i| -> Result<Verdict> {
+            match (&spheres[i], &learned) {
+                (Ok(sphere), Some(model)) => Ok(model.verdict(&sphere.features)?),
+                (Ok(_), None) => Err(lobes::Error::Empty {
+                    what: "a verdict",
+                    needs: "a model that has learned",
+                }
+                .into()),
+                (Err(error), _) => Err(error.clone()),
+            }
         });
         for (i, (path, (sphere, verdict))) in
             paths.iter().zip(spheres.iter().zip(&verdicts)).enumerate()
@@ -85,11 +92,12 @@ pub(super) fn run(options: &Classify) -> Result<()> {
     pages.finish(&summary)?;
     match problem {
         None => Ok(()),
-        Some(problem) if alone => Err(Error::Unanswerable(problem)),
-        Some(_) => Err(Error::Unanswerable(format!(
-            "{failed} of {} pictures were not classified",
-            paths.len()
-        ))),
+        Some(problem) if alone => Err(problem),
+        Some(_) => Err(Error::Partly {
+            failed,
+            total: paths.len(),
+            what: "pictures were not classified".into(),
+        }),
     }
 }
 
@@ -98,7 +106,7 @@ fn learn(options: &Classify, materials: &[Material]) -> Result<Model> {
     let (lobe, turns) = (options.lobe.name, options.turns.get());
     let mut training = training::load(&maps, materials, lobe, turns, options.fresh)?;
     training.named.scenes = scenes;
-    Model::learn(&training, Parallelism::Rayon)
+    Ok(Model::learn(&training, Parallelism::Rayon)?)
 }
 
 /// What was read of a picture, or why nothing was.
@@ -114,9 +122,10 @@ fn tell(path: &Path, read: &Read, learned: &[Material], alone: bool) -> Result<(
             console::answer(format!("{}: {sentence}", input::name(path)));
         }
         Err(error) => {
-            console::json(&json!({ "file": input::name(path), "error": of_file(path, error) }))?;
+            let error = of_file(path, error).to_string();
+            console::json(&json!({ "file": input::name(path), "error": error }))?;
             if !console::is_json() && !alone {
-                console::complain(format!("lobes: {}", of_file(path, error)));
+                console::complain(format!("lobes: {error}"));
             }
         }
     }
@@ -124,8 +133,8 @@ fn tell(path: &Path, read: &Read, learned: &[Material], alone: bool) -> Result<(
 }
 
 /// The error with the file that it is about.
-fn of_file(path: &Path, error: &Error) -> String {
-    input::error_of(path, error.clone()).to_string()
+fn of_file(path: &Path, error: &Error) -> Error {
+    input::error_of(path, error.clone())
 }
 
 /// The files, folders replaced by the pictures in them.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
-use lobes::{Error, Result};
+use crate::error::{Error, Result};
 
 static QUIET: AtomicBool = AtomicBool::new(false);
 static JSON: AtomicBool = AtomicBool::new(false);
@@ -39,12 +39,13 @@ pub(super) fn answer(text: impl AsRef<str>) {
 /// An answer for programs: a line of JSON; nothing without `--json`.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] for what has no JSON form.
+/// [`Error::System`] for what has no JSON form.
 pub(super) fn json(value: &impl Serialize) -> Result<()> {
     if is_json() {
-        line(&serde_json::to_string(value).map_err(|error| {
-            Error::Unanswerable(format!("the answer has no JSON form: {error}"))
-        })?);
+        line(
+            &serde_json::to_string(value)
+                .map_err(|error| Error::system("the answer has no JSON form", error))?,
+        );
     }
     Ok(())
 }
@@ -89,12 +90,12 @@ fn write(bytes: &[u8]) {
 /// Whether everything was said.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] where standard output took not all of it.
+/// [`Error::Output`] where standard output took not all of it.
 pub(super) fn check() -> Result<()> {
     match FAILURE.get() {
         None => Ok(()),
-        Some(problem) => Err(Error::Unanswerable(format!(
-            "standard output could not be written ({problem}); make room or send it elsewhere"
-        ))),
+        Some(problem) => Err(Error::Output {
+            problem: problem.clone(),
+        }),
     }
 }

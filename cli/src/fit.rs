@@ -6,11 +6,11 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::json;
 
 use crate::arguments::Fit;
+use crate::error::{Error, Result};
 use crate::report::{Axis, Chart, Mark, Naming, Series};
 use crate::{console, input, output};
 use lobes::reflectance::Ward;
 use lobes::reflectance::fit::{self, Estimate, Measurement, Widths};
-use lobes::{Error, Result};
 
 /// The most points of a channel that the plot shows.
 const PLOTTED: usize = 2000;
@@ -19,9 +19,8 @@ pub(super) fn run(options: &Fit) -> Result<()> {
     let lobe = options.lobe.name;
     let widths = if options.anisotropic {
         // Says so where the lobe has no second width.
-        Ward::anisotropic(lobe, 0.1, 0.2).map_err(|error| {
-            Error::Unanswerable(format!("{error}; name another lobe with --lobe"))
-        })?;
+        Ward::anisotropic(lobe, 0.1, 0.2)
+            .map_err(|error| Error::request(error.to_string(), "name another lobe with --lobe"))?;
         Widths::Two
     } else {
         Widths::One
@@ -132,7 +131,7 @@ fn channels(file: &Path) -> Result<Vec<Channel>> {
     let csv = |measurements| vec![("value", "#222222", measurements)];
     if input::is_standard(file) {
         let bytes = input::bytes()?;
-        let named = |error| input::error_of(file, error);
+        let named = |error: lobes::Error| input::error_of(file, error.into());
         return if bytes.starts_with(&[90, 0, 0, 0]) {
             merl(&|channel| fit::parse_merl(&bytes, channel).map_err(named))
         } else {
@@ -142,7 +141,7 @@ fn channels(file: &Path) -> Result<Vec<Channel>> {
     }
     let ending = file.extension().unwrap_or_default().to_string_lossy();
     if ending.eq_ignore_ascii_case("binary") {
-        merl(&|channel| fit::read_merl(file, channel))
+        merl(&|channel| Ok(fit::read_merl(file, channel)?))
     } else {
         Ok(csv(fit::read_csv(file)?))
     }

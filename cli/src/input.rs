@@ -4,9 +4,9 @@
 use std::io::Read;
 use std::path::Path;
 
+use crate::error::{Error, Result};
 use lobes::illumination::{self, EnvironmentMap};
 use lobes::sphere::Mapping;
-use lobes::{Error, Result};
 
 /// What errors call it.
 pub(super) const NAME: &str = "standard input";
@@ -52,17 +52,23 @@ pub(super) fn bytes() -> Result<Vec<u8>> {
 /// The error with the file that it is about.
 pub(super) fn error_of(path: &Path, error: Error) -> Error {
     match error {
-        Error::File { .. } => error,
-        Error::Contents { problem, remedy } => Error::file(name(path), problem, remedy),
-        error => Error::Unanswerable(format!("{}: {error}", name(path))),
+        Error::Library(lobes::Error::File { .. }) => error,
+        Error::Library(lobes::Error::Contents { problem, remedy }) => {
+            Error::file(name(path), problem, remedy)
+        }
+        error => Error::of(name(path), error),
     }
 }
 
 /// The map in a file, or in standard input.
 pub(super) fn map(path: &Path, mapping: Option<Mapping>) -> Result<EnvironmentMap> {
     if is_standard(path) {
-        illumination::read_bytes(Path::new(NAME), &bytes()?, mapping)
+        Ok(illumination::read_bytes(
+            Path::new(NAME),
+            &bytes()?,
+            mapping,
+        )?)
     } else {
-        illumination::read(path, mapping)
+        Ok(illumination::read(path, mapping)?)
     }
 }

@@ -10,6 +10,7 @@ mod accuracy;
 mod arguments;
 mod classify;
 mod console;
+mod error;
 mod fit;
 mod input;
 mod lights;
@@ -32,7 +33,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser};
 
 use arguments::{Arguments, Verb};
-use lobes::{Error, Result};
+pub use error::{Error, Result};
 
 /// Runs the command with the process's arguments and gives its exit code: 0 for success, 1 for an
 /// error in what it was given or met, 2 for a command line that it cannot read, 130 when it is
@@ -61,7 +62,7 @@ fn run(arguments: &Arguments) -> Result<()> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(arguments.jobs.map_or(0, usize::from))
         .build()
-        .map_err(|error| Error::Unanswerable(format!("no threads to work with: {error}")))?;
+        .map_err(|error| Error::system("no threads to work with", error))?;
     pool.install(|| match &arguments.verb {
         Verb::Reproduce(options) => reproduce::run(options),
         Verb::Classify(options) => classify::run(options),
@@ -96,17 +97,17 @@ fn man(verb: Option<&str>) -> Result<()> {
             Some(page) => page.clone(),
             None => {
                 let verbs: Vec<&str> = command.get_subcommands().map(|v| v.get_name()).collect();
-                return Err(Error::Unanswerable(format!(
-                    "there is no verb {verb:?}; the verbs are {}",
-                    verbs.join(", ")
-                )));
+                return Err(Error::request(
+                    format!("there is no verb {verb:?}"),
+                    format!("the verbs are {}", verbs.join(", ")),
+                ));
             }
         },
     };
     let mut bytes = Vec::new();
     clap_mangen::Man::new(page)
         .render(&mut bytes)
-        .map_err(|error| Error::Unanswerable(format!("the page cannot be made: {error}")))?;
+        .map_err(|error| Error::system("the page cannot be made", error))?;
     console::bytes(&bytes);
     Ok(())
 }
@@ -123,7 +124,7 @@ fn slug(name: &str) -> String {
 pub mod readers {
     use std::path::Path;
 
-    use lobes::Result;
+    use crate::error::Result;
     use lobes::picture::Picture;
 
     /// The materials of a TOML file: how many.

@@ -5,10 +5,11 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::arguments::Lights;
+use crate::error::{Error, Result};
 use crate::{console, named};
+use lobes::Parallelism;
 use lobes::illumination::{EnvironmentMap, builtin, read_folder};
 use lobes::inference::Scenes;
-use lobes::{Error, Parallelism, Result};
 
 /// The maps of `--illuminations`, or the built-in ones, and the scenes that they are of.
 ///
@@ -21,7 +22,7 @@ pub(super) fn load(lights: &Lights) -> Result<(Vec<EnvironmentMap>, Scenes)> {
     let (mut scenes, alike) =
         Scenes::of_maps(&maps, Parallelism::Rayon).map_err(|error| {
             match (&lights.illuminations, error) {
-                (Some(folder), Error::SameLight { first, second }) => Error::file(
+                (Some(folder), lobes::Error::SameLight { first, second }) => Error::file(
                     folder,
                     format!(
                         "{} and {} hold the same pixels",
@@ -30,7 +31,7 @@ pub(super) fn load(lights: &Lights) -> Result<(Vec<EnvironmentMap>, Scenes)> {
                     ),
                     "take one of the two away",
                 ),
-                (_, error) => error,
+                (_, error) => error.into(),
             }
         })?;
     if let Some(path) = &lights.groups {
@@ -90,7 +91,7 @@ fn read_groups(path: &Path, names: &[&str]) -> Result<Scenes> {
             FORM,
         ));
     }
-    Scenes::of_groups(names, &file.groups).map_err(|error| named::in_file(path, error))
+    Ok(Scenes::of_groups(names, &file.groups).map_err(|error| named::in_file(path, error))?)
 }
 
 /// The error of a name that is neither a file's nor a built-in map's.

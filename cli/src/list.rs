@@ -4,8 +4,8 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::json;
 
 use crate::arguments::{List, Listed};
+use crate::error::Result;
 use crate::{console, materials};
-use lobes::Result;
 use lobes::exchange;
 use lobes::illumination::{EnvironmentMap, Luminance, builtin};
 use lobes::reflectance::Variant;

@@ -5,10 +5,10 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::arguments::Materials;
+use crate::error::{Error, Result};
 use crate::{console, named, slug};
 use lobes::exchange::{self, Format};
 use lobes::reflectance::{Material, presets, presets_as_albedos};
-use lobes::{Error, Result};
 
 /// A material as the file has it.
 #[derive(Debug, Deserialize)]
@@ -72,7 +72,7 @@ pub(super) fn load(options: &Materials) -> Result<Vec<Material>> {
 /// What each material's files are called.
 ///
 /// # Errors
-/// [`Error::File`], or [`Error::Unanswerable`] for the presets, for two that would be called the
+/// [`Error::File`], or [`Error::Request`] for the presets, for two that would be called the
 /// same.
 pub(super) fn stems(file: Option<&Path>, materials: &[Material]) -> Result<Vec<String>> {
     let stems: Vec<String> = materials.iter().map(|m| slug(m.name())).collect();
@@ -86,7 +86,7 @@ pub(super) fn stems(file: Option<&Path>, materials: &[Material]) -> Result<Vec<S
             let remedy = "give one of them another name";
             return Err(match file {
                 Some(path) => Error::file(path, problem, remedy),
-                None => Error::Unanswerable(format!("{problem}; {remedy}")),
+                None => Error::request(problem, remedy),
             });
         }
     }
@@ -110,8 +110,8 @@ fn read(path: &Path) -> Result<Vec<Material>> {
 /// The materials of another program's file; what they lose is said.
 fn foreign(path: &Path, format: Format, text: &str) -> Result<Vec<Material>> {
     let found = exchange::read(format, text).map_err(|error| match error {
-        Error::Contents { problem, remedy } => Error::file(path, problem, remedy),
-        other => other,
+        lobes::Error::Contents { problem, remedy } => Error::file(path, problem, remedy),
+        other => other.into(),
     })?;
     for note in &found.notes {
         console::complain(format!("{}: {note}", path.display()));

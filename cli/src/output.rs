@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use crate::error::{Error, Result};
 use lobes::files::{self, Precision, encode_exr};
 use lobes::reflection::SphereImage;
-use lobes::{Error, Result};
 
 /// What is taken away when the command is stopped, oldest first.
 ///
@@ -65,7 +65,7 @@ pub(super) const STOPPED: i32 = 130;
 /// From here on Ctrl-C, and what else asks the command to end, first takes away what is unfinished.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] where the system does not say when somebody wants it.
+/// [`Error::System`] where the system does not say when somebody wants it.
 pub(super) fn tidy_when_stopped() -> Result<()> {
     ctrlc::set_handler(|| {
         // Never given back: nothing is written any more.
@@ -75,7 +75,7 @@ pub(super) fn tidy_when_stopped() -> Result<()> {
         }
         std::process::exit(STOPPED);
     })
-    .map_err(|error| Error::Unanswerable(format!("Ctrl-C cannot be waited for: {error}")))
+    .map_err(|error| Error::system("Ctrl-C cannot be waited for", error))
 }
 
 /// A name beside a file or in a folder that no other call, and no other process, uses.
@@ -258,7 +258,7 @@ pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// A sphere as linear EXR, black where there is none.
-pub(crate) fn sphere_exr(image: &SphereImage) -> Result<Vec<u8>> {
+pub(crate) fn sphere_exr(image: &SphereImage) -> lobes::Result<Vec<u8>> {
     let size = image.size();
     let pixels = (0..size * size)
         .map(|i| image.get(i / size, i % size).unwrap_or_default())

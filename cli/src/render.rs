@@ -5,15 +5,16 @@ use std::path::Path;
 use serde_json::json;
 
 use crate::arguments::Render;
+use crate::error::Result;
 use crate::lights::no_light;
 use crate::output::OutputFolder;
 use crate::output::sphere_exr;
 use crate::place::Place;
 use crate::{console, input, materials, training_set};
+use lobes::Parallelism;
 use lobes::illumination::{EnvironmentMap, Luminance, builtin};
 use lobes::picture::encode_png;
 use lobes::reflection::{Renderer, Settings};
-use lobes::{Parallelism, Result};
 
 pub(super) fn run(options: &Render) -> Result<()> {
     if let Some(set) = &options.set {

@@ -6,12 +6,14 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::json;
 
 use crate::arguments::{Protocols, Reproduce};
+use crate::error::{Error, Result};
 use crate::output::{OutputFolder, write_file};
 use crate::report::{
     AccuracyFile, AccuracyRow, BestRow, CeilingRow, Comparison, ContinuousRow, FilesRow,
     NamedConfusion, calibration,
 };
 use crate::{console, lights, materials, progress, spectrum, training, trial};
+use lobes::Parallelism;
 use lobes::features::TOP_DEGREE;
 use lobes::illumination::EnvironmentMap;
 use lobes::inference::{
@@ -21,7 +23,6 @@ use lobes::inference::{
 };
 use lobes::reflectance::{Finish, Material, Variant};
 use lobes::reflection::Settings;
-use lobes::{Error, Parallelism, Result};
 use lobes_experiments::{
     Calibration, Evaluation, Harness, Method, NearestNeighbour, Protocol, Scaling, best_share,
     leave_one_illumination_out, mcnemar,
@@ -71,20 +72,26 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
         .iter()
         .position(|c| *c == options.continuation)
         .ok_or_else(|| {
-            Error::Unanswerable(format!(
-                "the features need odd degrees, which the {} continuation does not have; use mirror, half-turn or zero",
-                options.continuation
-            ))
+            Error::request(
+                format!(
+                    "the features need odd degrees, which the {} continuation does not have",
+                    options.continuation
+                ),
+                "use mirror, half-turn or zero",
+            )
         })?;
     let mut output = OutputFolder::open(&options.out)?;
     let materials = materials::load(&options.materials)?;
     let (maps, scenes) = lights::load(&options.lights)?;
     let scene_count = scenes.among(&vec![true; maps.len()]).len();
     if scene_count < 2 {
-        return Err(Error::Unanswerable(format!(
-            "leaving one illumination out needs at least two maps of different places and there is only {:?}; add maps to the folder",
-            maps[0].name()
-        )));
+        return Err(Error::request(
+            format!(
+                "leaving one illumination out needs at least two maps of different places and there is only {:?}",
+                maps[0].name()
+            ),
+            "add maps to the folder",
+        ));
     }
     let (protocols, methods) = choices(options, scene_count);
     let spectra = spectrum::analyse(&maps, LIGHT_DEGREE)?;
@@ -129,7 +136,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
         first.get_or_insert(harness);
     }
     let Some(mut paper) = first else {
-        return Err(Error::Unanswerable("name a lobe with --lobe".into()));
+        return Err(Error::request("no lobe is named", "name one with --lobe"));
     };
     console::answer(table(&rows).to_string());
 
@@ -192,7 +199,7 @@ pub(super) fn run(options: &Reproduce) -> Result<()> {
         files: beyond.files.clone(),
     };
     let mut json = serde_json::to_string_pretty(&accuracy)
-        .map_err(|error| Error::Unanswerable(format!("the table has no JSON form: {error}")))?;
+        .map_err(|error| Error::system("the table has no JSON form", error))?;
     json.push('\n');
     output.add("accuracy.json", json)?;
     let page = page::write_page(
@@ -256,7 +263,7 @@ fn render(
         &|| bar.inc(1),
     );
     bar.finish_and_clear();
-    harness
+    Ok(harness?)
 }
 
 /// Every classifier under every protocol.
@@ -358,7 +365,7 @@ impl Beyond {
             readings[i].as_ref().map(of).transpose()
         });
         bar.finish_and_clear();
-        let evidence = evidence.into_iter().collect::<Result<Vec<_>>>()?;
+        let evidence = evidence.into_iter().collect::<lobes::Result<Vec<_>>>()?;
         let learned = LearnedPosterior::new(
             &features,
             &Posterior::default_shares(),
@@ -476,11 +483,13 @@ impl Beyond {
         let ceilings = match harness.colour_ceilings() {
             Ok(ceilings) => ceilings,
             // So few maps that their spread is unknown.
-            Err(error @ (Error::TooFew { .. } | Error::NotPositiveDefinite { .. })) => {
+            Err(
+                error @ (lobes::Error::TooFew { .. } | lobes::Error::NotPositiveDefinite { .. }),
+            ) => {
                 console::note(error.to_string());
                 return Ok(());
             }
-            Err(error) => return Err(error),
+            Err(error) => return Err(error.into()),
         };
         let protocol = harness.protocol().name();
         let matrix = combined.confusion_matrix();

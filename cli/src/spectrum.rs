@@ -4,10 +4,11 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::json;
 
 use crate::arguments::Spectrum;
+use crate::error::{Error, Result};
 use crate::report::light_spectra;
 use crate::{console, input, output, progress};
+use lobes::Parallelism;
 use lobes::illumination::{EnvironmentMap, LightSpectrum, builtin};
-use lobes::{Error, Parallelism, Result};
 
 /// The largest degree, unless said.
 const DEGREE: usize = 128;
@@ -26,10 +27,11 @@ pub(super) fn run(options: &Spectrum) -> Result<()> {
         answer(options, &maps, &spectra)?;
     }
     if options.files.len() > 1 && failed > 0 {
-        return Err(Error::Unanswerable(format!(
-            "{failed} of {} maps have no spectrum here, for the reasons above",
-            options.files.len()
-        )));
+        return Err(Error::Partly {
+            failed,
+            total: options.files.len(),
+            what: "maps have no spectrum here, for the reasons above".into(),
+        });
     }
     Ok(())
 }
@@ -46,7 +48,7 @@ fn of_files(
         let file = &options.files[i];
         let found = input::map(file, options.mapping).and_then(|map| {
             let spectrum = LightSpectrum::of(&map, degree, Parallelism::Sequential)
-                .map_err(|error| input::error_of(file, error))?;
+                .map_err(|error| input::error_of(file, error.into()))?;
             Ok((map, spectrum))
         });
         bar.inc(1);
@@ -121,7 +123,7 @@ pub(super) fn analyse(maps: &[EnvironmentMap], degree: usize) -> Result<Vec<Ligh
     let spectra = Parallelism::Rayon.map(maps.len(), |i| {
         let spectrum = LightSpectrum::of(&maps[i], degree, Parallelism::Sequential);
         bar.inc(1);
-        spectrum.map_err(|error| Error::Unanswerable(format!("{}: {error}", maps[i].name())))
+        spectrum.map_err(|error| Error::of(maps[i].name(), error))
     });
     bar.finish_and_clear();
     spectra.into_iter().collect()

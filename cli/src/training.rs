@@ -7,11 +7,12 @@ use etcetera::BaseStrategy;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::error::Result;
 use crate::{console, progress};
+use lobes::Parallelism;
 use lobes::illumination::EnvironmentMap;
 use lobes::inference::{Dataset, Observation, Reflectance, Sample, Scenes, Training, TrainingPlan};
 use lobes::reflectance::{Material, Variant};
-use lobes::{Parallelism, Result};
 
 /// What stands first in a file.
 const MAGIC: &[u8] = b"lobes-training\n";

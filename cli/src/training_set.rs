@@ -12,15 +12,16 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::arguments::Materials;
+use crate::error::{Error, Result};
 use crate::lights::no_light;
 use crate::output::{FolderLock, write_file};
 use crate::place::Place;
 use crate::{console, materials, named, progress, slug};
+use lobes::Parallelism;
 use lobes::files::{Picture, Precision, encode_exr};
 use lobes::illumination::{self, EnvironmentMap, builtin};
 use lobes::reflectance::{Material, Variant};
 use lobes::reflection::{Camera, Renderer, Settings, SphereImage, check_size};
-use lobes::{Error, Parallelism, Result};
 
 /// The file that describes a set: docs/how-to/training-sets.md.
 #[derive(Debug, Deserialize)]
@@ -128,7 +129,7 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
     let cameras = places
         .iter()
         .map(Place::camera)
-        .collect::<Result<Vec<_>>>()?;
+        .collect::<lobes::Result<Vec<_>>>()?;
     let settings = Settings {
         size: set.size,
         tolerance: set.tolerance,
@@ -203,14 +204,13 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
             Source::File(path) => &illumination::read(path, None)?,
         };
         let renderer = Renderer::new(map, Parallelism::Rayon)?;
-        missing.par_iter().try_for_each(|&(m, c)| {
+        missing.par_iter().try_for_each(|&(m, c)| -> Result<()> {
             let (material, camera) = (&materials[m], &cameras[c]);
             let one_thread = Parallelism::Sequential;
             match renderer.render(material, lobe, camera, &settings, one_thread) {
                 Ok(rendering) => {
-                    let bytes = encode(&rendering.image, set.precision).map_err(|error| {
-                        Error::Unanswerable(format!("{}: {error}", file(l, m, c)))
-                    })?;
+                    let bytes = encode(&rendering.image, set.precision)
+                        .map_err(|error| Error::of(file(l, m, c), error))?;
                     let reached = line(&Reached {
                         file: file(l, m, c),
                         error: rendering.error,
@@ -222,11 +222,11 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
                         .map_err(|error| not_writable(out, &error))?;
                     write_file(&out.join(file(l, m, c)), &bytes)?;
                 }
-                Err(Error::Tolerance { reached, .. }) => {
+                Err(lobes::Error::Tolerance { reached, .. }) => {
                     let mut refused = refused.lock().unwrap_or_else(PoisonError::into_inner);
                     refused.push((file(l, m, c), reached));
                 }
-                Err(error) => return Err(error),
+                Err(error) => return Err(error.into()),
             }
             bar.inc(1);
             Ok(())
@@ -239,12 +239,14 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
         for (file, reached) in &refused {
             console::complain(format!("{file}: reached {reached:.1e}"));
         }
-        return Err(Error::Unanswerable(format!(
-            "{} of {total} images were not written, since they did not reach the tolerance of {:e} (the worst, {worst}, reached \
-             {reached:.1e}); the others are whole: ask for less in another folder",
-            refused.len(),
-            set.tolerance
-        )));
+        return Err(Error::Partly {
+            failed: refused.len(),
+            total,
+            what: format!(
+                "images were not written, since they did not reach the tolerance of {:e} (the worst, {worst}, reached {reached:.1e}); the others are whole: ask for less in another folder",
+                set.tolerance
+            ),
+        });
     }
     drop(errors);
     sort_errors(&out.join(ERRORS))?;
@@ -322,16 +324,17 @@ fn encode(image: &SphereImage, stored: Stored) -> Result<Vec<u8>> {
     };
     let brightest = pixels.iter().flatten().copied().fold(0.0, f64::max);
     if precision == Precision::Half && brightest > LARGEST_HALF {
-        return Err(Error::Unanswerable(format!(
-            "the radiance {brightest:.3e} is more than half precision holds; say precision = \"single\""
-        )));
+        return Err(Error::request(
+            format!("the radiance {brightest:.3e} is more than half precision holds"),
+            "say precision = \"single\"",
+        ));
     }
     let picture = Picture {
         width: size,
         height: size,
         pixels,
     };
-    encode_exr(&picture, precision)
+    Ok(encode_exr(&picture, precision)?)
 }
 
 /// The largest finite value of half precision.
@@ -438,7 +441,7 @@ fn begin(out: &Path, lights: &[String], index: &str) -> Result<FolderLock> {
 /// A value as a line of JSON.
 fn line(value: &impl Serialize) -> Result<String> {
     let line = serde_json::to_string(value)
-        .map_err(|error| Error::Unanswerable(format!("the index makes no JSON: {error}")))?;
+        .map_err(|error| Error::system("the index makes no JSON", error))?;
     Ok(line + "\n")
 }
 

@@ -191,6 +191,15 @@ fn code(linear: f64) -> u8 {
     (255.0 * srgb_of_linear(linear.clamp(0.0, 1.0))).round() as u8
 }
 
+fn not_encoded(format: &'static str, size: (usize, usize), problem: &impl ToString) -> Error {
+    Error::Encoding {
+        format,
+        width: size.0,
+        height: size.1,
+        problem: problem.to_string(),
+    }
+}
+
 /// Black behind the sphere, and no alpha.
 fn opaque_png(image: &SphereImage) -> Result<Vec<u8>> {
     let size = image.size();
@@ -200,7 +209,7 @@ fn opaque_png(image: &SphereImage) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes)
         .write_image(&codes, side, side, ExtendedColorType::Rgb8)
-        .map_err(|error| Error::Unanswerable(format!("PNG refused: {error}")))?;
+        .map_err(|error| not_encoded("PNG", (size, size), &error))?;
     Ok(bytes)
 }
 
@@ -240,7 +249,7 @@ fn photograph(image: &SphereImage, seed: u64) -> Result<(Vec<u8>, Circle)> {
     let mut jpeg = Vec::new();
     JpegEncoder::new_with_quality(&mut jpeg, 90)
         .encode(&codes, side(width), side(height), ExtendedColorType::Rgb8)
-        .map_err(|error| Error::Unanswerable(format!("JPEG refused: {error}")))?;
+        .map_err(|error| not_encoded("JPEG", (width, height), &error))?;
     let radius = 0.5 * size as f64;
     let truth = Circle {
         x: left as f64 + radius,

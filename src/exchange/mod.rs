@@ -128,7 +128,7 @@ pub fn read(format: Format, text: &str) -> Result<Imported> {
 /// Writes materials as another program reads them.
 ///
 /// # Errors
-/// [`Error::Unanswerable`] for two materials of one name, where a name is what tells them apart.
+/// [`Error::SameName`] for two materials of one name, where a name is what tells them apart.
 ///
 /// ```
 /// use lobes::exchange::{Format, read, write};

@@ -145,9 +145,10 @@ pub(super) fn write(materials: &[Material], notes: &mut Vec<Note>) -> Result<Str
             })
             .collect();
         if written.contains(&name) {
-            return Err(Error::Unanswerable(format!(
-                "two materials would be written to radiance as {name:?}; give one of them another name"
-            )));
+            return Err(Error::SameName {
+                format: "radiance",
+                name,
+            });
         }
         if name != material.name() {
             note(Loss::Renamed { name: name.clone() });

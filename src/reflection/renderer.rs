@@ -19,6 +19,9 @@ use crate::illumination::EnvironmentMap;
 use crate::reflectance::{Material, Variant, Ward};
 use crate::{Error, Parallelism, Result, vectors};
 
+/// The most rows of a map: the tables are made for no more.
+const MOST_ROWS: usize = 4096;
+
 /// What a rendering is to be like.
 ///
 /// **What the tolerance means.** The error of a pixel is the largest difference of its channels from the exact integral, over
@@ -181,15 +184,14 @@ impl Renderer {
     /// Prepares a map.
     ///
     /// # Errors
-    /// [`Error::Unanswerable`] if the map's height is above 4096, which the tables are not made
-    /// for.
+    /// [`Error::TooManyRows`] if the map's height is above 4096, which the tables are not made for.
     pub fn new(map: &EnvironmentMap, parallelism: Parallelism) -> Result<Self> {
-        if map.height() > 4096 {
-            return Err(Error::Unanswerable(format!(
-                "the map {:?} has {} rows, and the renderer takes up to 4096; halve it first",
-                map.name(),
-                map.height()
-            )));
+        if map.height() > MOST_ROWS {
+            return Err(Error::TooManyRows {
+                map: map.name().to_owned(),
+                rows: map.height(),
+                limit: MOST_ROWS,
+            });
         }
         let simd = vectors::level();
         // The same function on an odd number of times the pixels: what is bilinear stays so.

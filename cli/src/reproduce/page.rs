@@ -3,17 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::arguments::Reproduce;
+use crate::error::Result;
 use crate::output::OutputFolder;
 use crate::report::{
     Figure, Image, Inline, Page, calibration, confusion_matrix, feature_plane, light_spectra,
 };
 use crate::{progress, slug, spectrum};
+use lobes::Parallelism;
 use lobes::illumination::{EnvironmentMap, LightSpectrum, Luminance};
 use lobes::inference::{Dataset, Plan, Reading, collect};
 use lobes::picture::{encode_png, encode_spheres};
 use lobes::reflectance::Material;
 use lobes::reflection::{Settings, SphereImage};
-use lobes::{Parallelism, Result};
 use lobes_experiments::{Harness, Method, Protocol};
 
 use super::statements::{Run, Seen, signed};
@@ -802,7 +803,7 @@ fn halved(image: &SphereImage) -> Result<SphereImage> {
         }
         sum.map(|value| value / count.max(1.0))
     });
-    SphereImage::new(*image.camera(), size, pixels.collect())
+    Ok(SphereImage::new(*image.camera(), size, pixels.collect())?)
 }
 
 /// The width and height of the small pictures of maps.
@@ -813,7 +814,7 @@ fn thumbnail(map: &EnvironmentMap) -> Result<Vec<u8>> {
     let (width, height) = THUMBNAIL;
     let exposure = 0.25 / Luminance::Rec709.of(map.mean());
     let (rows, columns) = (map.height(), map.width());
-    encode_png(width, height, exposure, |row, column| {
+    let png = encode_png(width, height, exposure, |row, column| {
         // The mean of the pixels under this one, of at least one.
         let (row0, row1) = (row * rows / height, ((row + 1) * rows).div_ceil(height));
         let (column0, column1) = (
@@ -830,7 +831,8 @@ fn thumbnail(map: &EnvironmentMap) -> Result<Vec<u8>> {
         }
         let count = ((row1 - row0) * (column1 - column0)) as f64;
         Some(sum.map(|value| value / count))
-    })
+    })?;
+    Ok(png)
 }
 
 /// What is seen in the small picture of a map.
