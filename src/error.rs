@@ -261,9 +261,9 @@ pub enum Error {
         /// What is there instead, a sentence.
         reason: &'static str,
     },
-    /// The circle that was given is not within its picture.
+    /// Too much of the circle that was given lies beyond the border of its picture.
     #[error(
-        "the circle {x:.1},{y:.1},{radius:.1} leaves the picture of {width} by {height} pixels; give one inside it"
+        "the circle {x:.1},{y:.1},{radius:.1} leaves the picture of {width} by {height} pixels; give one of which 85 % lies inside it"
     )]
     CircleOutside {
         /// The centre's column in pixels.

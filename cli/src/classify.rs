@@ -23,6 +23,8 @@ struct Sphere {
     /// What else in the picture may be a sphere.
     others: Vec<Circle>,
     saturated: f64,
+    /// The share of the circle that lies in the picture.
+    seen: f64,
     distance: Option<f64>,
     features: SphereFeatures,
     /// A PNG of it, for the page.
@@ -196,6 +198,7 @@ fn read(path: &Path, options: &Classify) -> Result<Sphere> {
         found,
         others,
         saturated: sphere.saturated,
+        seen: sphere.seen,
         distance: image.camera().distance(),
         features: SphereFeatures::of(&sphere)?,
         picture: if options.report {
@@ -299,6 +302,12 @@ fn sentence(sphere: &Sphere, verdict: &Verdict, materials: &[Material]) -> Strin
     if sphere.saturated > 0.0 {
         text.push_str(&format!("; {:.1} % saturated", 100.0 * sphere.saturated));
     }
+    if sphere.seen < 0.995 {
+        text.push_str(&format!(
+            "; {:.0} % of the sphere lies beyond the border of the picture",
+            100.0 * (1.0 - sphere.seen)
+        ));
+    }
     if sphere.found {
         let Circle { x, y, radius } = sphere.circle;
         text.push_str(&format!("; sphere found at {x:.1},{y:.1},{radius:.1}"));
@@ -343,6 +352,7 @@ fn line_of_json(
         "others": sphere.others.iter().map(circle).collect::<Vec<_>>(),
         "found": sphere.found,
         "saturated": sphere.saturated,
+        "seen": sphere.seen,
         "grey": sphere.features.is_grey(),
         "distance": sphere.distance,
     })

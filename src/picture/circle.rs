@@ -49,6 +49,42 @@ impl Circle {
         (x - self.x).hypot(y - self.y) - self.radius
     }
 
+    /// The same circle in a picture that has so many times the pixels across.
+    pub(super) fn times(self, scale: f64) -> Self {
+        Self {
+            x: scale * self.x,
+            y: scale * self.y,
+            radius: scale * self.radius,
+        }
+    }
+
+    /// The share of its area that lies in a picture, to about 10⁻³; 0 for what is no circle.
+    pub(super) fn share_within(self, width: usize, height: usize) -> f64 {
+        let Self { x, y, radius } = self;
+        if ![x, y, radius].iter().all(|value| value.is_finite()) {
+            return 0.0;
+        }
+        const STRIPS: usize = 512;
+        // Each strip is as long as its chord, of which the picture shows a part.
+        let (mut all, mut within) = (0.0, 0.0);
+        for strip in 0..STRIPS {
+            let down = (2.0 * (strip as f64 + 0.5) / STRIPS as f64 - 1.0) * radius;
+            let half = (radius * radius - down * down).max(0.0).sqrt();
+            all += 2.0 * half;
+            if (0.0..=height as f64).contains(&(y + down)) {
+                within += ((x + half).min(width as f64) - (x - half).max(0.0)).max(0.0);
+            }
+        }
+        within / f64::max(all, f64::MIN_POSITIVE)
+    }
+
+    /// How far it goes beyond the border of a picture.
+    pub(super) fn leaves(self, width: usize, height: usize) -> f64 {
+        let Self { x, y, radius } = self;
+        let nearest = x.min(y).min(width as f64 - x).min(height as f64 - y);
+        radius - nearest
+    }
+
     /// How far another lies off, by its centre or its radius.
     pub(super) fn apart(self, other: Self) -> f64 {
         let centres = (other.x - self.x).hypot(other.y - self.y);

@@ -17,6 +17,8 @@ pub struct Sphere {
     pub image: SphereImage,
     /// The share of its pixels that are saturated.
     pub saturated: f64,
+    /// The share of its circle that lies in the picture; the rest was taken from what is nearest.
+    pub seen: f64,
     /// Whether values above some limit were cut off, as a camera's and those of codes are.
     pub clipped: bool,
 }
@@ -37,6 +39,10 @@ impl Sphere {
 
 /// The largest share of saturated pixels of a sphere that can still be read.
 const MOST_SATURATED: f64 = 0.9;
+
+/// The least share of a circle that must lie in the picture: with a little more than a third of the
+/// radius beyond one side of it.
+const LEAST_SEEN: f64 = 0.85;
 
 /// A plateau at the largest value that takes up this share of a linear picture's sphere was cut off
 /// there.
@@ -70,21 +76,17 @@ impl Picture {
     /// The sphere within a circle, cut out: each pixel the mean of what it covers.
     ///
     /// Only pixels that lie in the circle as a whole are read, so that nothing of the background is
-    /// mixed in; what lies farther out is taken from the nearest of them.
+    /// mixed in; what lies farther out is taken from the nearest of them. So is what lies beyond
+    /// the border of the picture, which may cut off 15 % of the sphere.
     ///
     /// # Errors
-    /// [`Error::CircleOutside`] for a circle that leaves the picture, [`Error::TooSmall`] for one
+    /// [`Error::CircleOutside`] for a circle of which less than 85 % lies in the picture, [`Error::TooSmall`] for one
     /// of less than 8 pixels in radius, [`Error::Black`] and [`Error::Saturated`] for a sphere that
     /// is black or all but saturated.
     pub fn sphere(&self, circle: Circle) -> Result<Sphere> {
-        let slack = 1.0 + 0.01 * circle.radius;
         let Circle { x, y, radius } = circle;
-        if ![x, y, radius].iter().all(|value| value.is_finite())
-            || x - radius < -slack
-            || y - radius < -slack
-            || x + radius > self.width as f64 + slack
-            || y + radius > self.height as f64 + slack
-        {
+        let seen = circle.share_within(self.width, self.height);
+        if !(seen >= LEAST_SEEN) {
             return Err(Error::CircleOutside {
                 x,
                 y,
@@ -159,6 +161,7 @@ impl Picture {
         Ok(Sphere {
             image,
             saturated,
+            seen,
             clipped: ceiling.is_finite(),
         })
     }
@@ -281,11 +284,42 @@ mod tests {
         }
     }
 
+    /// A segment of height h is (acos d − d √(1 − d²))/π of the disc, d = 1 − h.
+    #[test]
+    fn a_sphere_that_the_border_cuts_is_read_from_what_is_seen() {
+        // Columns have their number as a value, less 40, and a border that was 20 columns there.
+        let pixels = (0..200 * 200).map(|i| [1.0 + (i % 200) as f64; 3]);
+        let picture = Picture::linear(200, 200, pixels.collect()).unwrap();
+        let at = |x: f64| {
+            picture.sphere(Circle {
+                x,
+                y: 100.0,
+                radius: 64.0,
+            })
+        };
+        for height in [0.0, 0.1, 0.3] {
+            let sphere = at(64.0 * (1.0 - height)).unwrap();
+            let d: f64 = 1.0 - height;
+            let cut = (d.acos() - d * (1.0 - d * d).sqrt()) / std::f64::consts::PI;
+            assert!((sphere.seen - (1.0 - cut)).abs() < 2e-3, "{height}");
+            // What is in the picture is as it was; what is not has the value of its border.
+            for (row, column, rgb) in sphere.image.iter() {
+                let off = (row as f64 - 47.5).hypot(column as f64 - 47.5);
+                let place = 64.0 * (1.0 - height) + (column as f64 - 47.5) * 4.0 / 3.0;
+                if off < 44.0 {
+                    let expected = (place + 0.5).max(1.0);
+                    assert!((rgb[0] - expected).abs() < 0.4, "{rgb:?} {expected}");
+                }
+            }
+        }
+        assert!(matches!(at(64.0 * 0.5), Err(Error::CircleOutside { .. })));
+    }
+
     #[test]
     fn what_cannot_be_read_is_refused() {
         let picture = ball();
-        // The circle may not leave the picture, nor be tiny.
-        for (x, radius) in [(60.0, 64.0), (100.0, 120.0), (100.0, 4.0), (f64::NAN, 64.0)] {
+        // The circle may not leave the picture by much, nor be tiny.
+        for (x, radius) in [(30.0, 64.0), (100.0, 130.0), (100.0, 4.0), (f64::NAN, 64.0)] {
             let circle = Circle {
                 x,
                 y: 100.0,

@@ -5,7 +5,7 @@
 //! measures it over as many photographs as one likes; the test itself makes do with a few.
 #![cfg(feature = "builtin")]
 
-use crate::scenes::{WALLS, balls, error, scene};
+use crate::scenes::{BACKDROPS, Scene, WALLS, backdrop, balls, cut, error, scene};
 use lobes::illumination::builtin;
 
 const SEED: u64 = 20_261_122;
@@ -71,4 +71,59 @@ fn walls_alone_are_refused() {
     }
     println!("of {count} walls: {alarms} false alarms");
     assert!(alarms * 100 <= count * 3);
+}
+
+/// How many of the scenes have their sphere found to 1 % and to 3.5 % of its radius.
+fn found(scenes: impl Iterator<Item = Scene>) -> [usize; 2] {
+    let mut found = [0; 2];
+    for scene in scenes {
+        let off = match (scene.picture().circle(), scene.truth) {
+            (Ok(circle), Some(truth)) => error(circle, truth),
+            _ => f64::INFINITY,
+        };
+        if off > 0.035 {
+            println!("{}: off by {:.1} % of the radius", scene.what, 100.0 * off);
+        }
+        found[0] += usize::from(off <= 0.01);
+        found[1] += usize::from(off <= 0.035);
+    }
+    found
+}
+
+/// Shadows and JPEG's ringing differ from a white wall and are no part of the sphere.
+#[test]
+fn spheres_before_plain_backgrounds_are_found() {
+    let every = if count() > 100 { 1 } else { 4 };
+    let maps: Vec<_> = builtin().unwrap().into_iter().step_by(every).collect();
+    let balls = balls(&maps, 4, SEED).unwrap();
+    let count = count();
+    let scenes = (0..count).map(|i| {
+        let ball = &balls[i * 7 % balls.len()];
+        backdrop(ball, i % BACKDROPS.len(), SEED + i as u64)
+    });
+    let [percent, found] = found(scenes);
+    println!("of {count} before plain backgrounds: {percent} within 1 %, {found} within 3.5 %");
+    assert!(found * 100 >= count * 92);
+}
+
+/// A ball that the border cuts is found by what is seen of it.
+#[test]
+fn spheres_that_the_border_cuts_are_found() {
+    let every = if count() > 100 { 1 } else { 4 };
+    let maps: Vec<_> = builtin().unwrap().into_iter().step_by(every).collect();
+    let balls = balls(&maps, 4, SEED).unwrap();
+    let count = count();
+    let scenes = (0..count).map(|i| {
+        let ball = &balls[i * 7 % balls.len()];
+        let seed = SEED + i as u64;
+        let whole = if i % 2 == 0 {
+            scene(&maps, Some(ball), i / 3 % WALLS, seed)
+        } else {
+            backdrop(ball, i % BACKDROPS.len(), seed)
+        };
+        cut(&whole, i, 0.12)
+    });
+    let [percent, found] = found(scenes);
+    println!("of {count} cut by 12 % of the radius: {percent} within 1 %, {found} within 3.5 %");
+    assert!(found * 100 >= count * 85);
 }

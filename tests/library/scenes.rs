@@ -408,3 +408,162 @@ fn through_jpeg(codes: &[u8], width: usize, height: usize, quality: u8) -> Vec<u
         .into_rgb8()
         .into_raw()
 }
+
+/// Plain backgrounds.
+pub(crate) const BACKDROPS: [&str; 5] = ["white", "off-white", "grey", "gradient", "black"];
+
+/// A photograph of a ball as products are shown: before a plain background that may be white to
+/// saturation, with a shadow where it stands, through JPEG; near-black to near-white bodies.
+pub(crate) fn backdrop(ball: &Ball, kind: usize, seed: u64) -> Scene {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let rng = &mut rng;
+    let (width, height) = (
+        rng.random_range(120..500usize),
+        rng.random_range(120..500usize),
+    );
+    let side = width.min(height) as f64;
+    let radius = between(rng, f64::max(20.0, 0.2 * side), 0.49 * side);
+    let mut place = |length: usize| {
+        let room = length as f64 - 2.0 * radius;
+        radius + between(rng, 0.0, 1.0) * room
+    };
+    let circle = Circle {
+        x: place(width),
+        y: place(height),
+        radius,
+    };
+    // In linear light, 1 saturates.
+    let grey = match kind {
+        0 => between(rng, 1.0, 1.3),
+        1 => between(rng, 0.78, 0.99),
+        2 => between(rng, 0.1, 0.6),
+        3 => between(rng, 0.3, 1.1),
+        _ => between(rng, 0.0, 0.006),
+    };
+    let tint = if kind == 0 {
+        0.0
+    } else {
+        between(rng, 0.0, 0.05)
+    };
+    let behind: [f64; 3] = std::array::from_fn(|_| grey * (1.0 + tint * between(rng, -1.0, 1.0)));
+    let slope = if kind == 3 {
+        between(rng, 0.2, 1.0) / height as f64
+    } else {
+        0.0
+    };
+    let shadow = if kind < 4 && rng.random::<f64>() < 0.75 {
+        between(rng, 0.3, 0.95)
+    } else {
+        0.0
+    };
+    let (wide, flat, soft) = (
+        between(rng, 0.7, 1.2),
+        between(rng, 0.1, 0.35),
+        between(rng, 0.05, 0.3),
+    );
+    let aside = between(rng, -0.4, 0.4);
+    // A mirror of the ball in a glossy table, faint.
+    let table = if kind < 4 && rng.random::<f64>() < 0.2 {
+        between(rng, 0.02, 0.1)
+    } else {
+        0.0
+    };
+    let mean = Luminance::Rec709.of(ball.image.mean());
+    // Near-black to near-white bodies.
+    let exposure = 10f64.powf(between(rng, -2.0, -0.05)) / mean;
+    const PART: usize = 3;
+    let mut light = Vec::with_capacity(width * height);
+    for p in 0..width * height {
+        let mut sum = [0.0; 3];
+        for j in 0..PART * PART {
+            let off = |k: usize| (k as f64 + 0.5) / PART as f64;
+            let (x, y) = (
+                (p % width) as f64 + off(j % PART),
+                (p / width) as f64 + off(j / PART),
+            );
+            let (u, v) = ((x - circle.x) / radius, (y - circle.y) / radius);
+            let rgb = on(&ball.image, u, v)
+                .map(|rgb| rgb.map(|v| v * exposure))
+                .unwrap_or_else(|| {
+                    let far = (((u - aside) / wide).powi(2) + ((v - 0.97) / flat).powi(2)).sqrt();
+                    let dark = 1.0 - shadow / (1.0 + ((far - 1.0) / soft).exp());
+                    let mirrored = if v > 1.0 {
+                        on(&ball.image, u, 2.0 - v)
+                    } else {
+                        None
+                    };
+                    let fall = (-slope * y).exp();
+                    std::array::from_fn(|c| {
+                        let b = behind[c] * fall * dark;
+                        match mirrored {
+                            Some(m) => (1.0 - table) * b + table * m[c] * exposure,
+                            None => b,
+                        }
+                    })
+                });
+            for c in 0..3 {
+                sum[c] += rgb[c] / (PART * PART) as f64;
+            }
+        }
+        light.push(sum);
+    }
+    let sharp = rng.random_range(0..3);
+    if sharp > 0 {
+        blur(&mut light, width, 0.6 * f64::from(sharp));
+    }
+    let (well, own) = (
+        10f64.powf(between(rng, 3.3, 6.0)),
+        10f64.powf(between(rng, -4.0, -2.3)),
+    );
+    let mut codes = Vec::with_capacity(3 * width * height);
+    for value in light.iter().flatten() {
+        let value = value.max(0.0);
+        let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+        let seen = (value + (value.min(1.0) / well + own * own).sqrt() * normal).clamp(0.0, 1.0);
+        codes.push((255.0 * lobes::files::srgb_of_linear(seen)).round() as u8);
+    }
+    let quality = if rng.random::<f64>() < 0.85 {
+        rng.random_range(50..96)
+    } else {
+        0
+    };
+    if quality > 0 {
+        codes = through_jpeg(&codes, width, height, quality);
+    }
+    Scene {
+        width,
+        height,
+        codes,
+        truth: Some(circle),
+        what: format!("{} {}", ball.kind, BACKDROPS[kind]),
+    }
+}
+
+/// The scene without what lies beyond the side number `side` of its ball, of which a share of the
+/// radius goes too.
+pub(crate) fn cut(scene: &Scene, side: usize, share: f64) -> Scene {
+    let truth = scene.truth.expect("there is a ball");
+    let near = |middle: f64| (middle - (1.0 - share) * truth.radius).max(0.0) as usize;
+    let far = |middle: f64| (middle + (1.0 - share) * truth.radius) as usize;
+    let (mut left, mut top, mut right, mut bottom) = (0, 0, scene.width, scene.height);
+    match side % 4 {
+        0 => left = near(truth.x),
+        1 => top = near(truth.y),
+        2 => right = far(truth.x).min(right),
+        _ => bottom = far(truth.y).min(bottom),
+    }
+    let rows = scene.codes.chunks(3 * scene.width).take(bottom).skip(top);
+    Scene {
+        width: right - left,
+        height: bottom - top,
+        codes: rows
+            .flat_map(|row| row[3 * left..3 * right].to_vec())
+            .collect(),
+        truth: Some(Circle {
+            x: truth.x - left as f64,
+            y: truth.y - top as f64,
+            radius: truth.radius,
+        }),
+        what: format!("{} cut", scene.what),
+    }
+}

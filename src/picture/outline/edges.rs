@@ -1,7 +1,7 @@
 //! Edges of a picture, as points with normals.
 
 use super::Circle;
-use super::reduced::Reduced;
+use super::reduced::{Reduced, even};
 
 /// A place where the colour changes fastest along the direction in which it changes.
 #[derive(Debug, Clone, Copy)]
@@ -29,12 +29,6 @@ pub(super) struct Edges {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) edges: Vec<Edge>,
-}
-
-/// The root of radiance, on which the noise of light is the same everywhere, with dark noise held
-/// down.
-fn even(value: f64, white: f64) -> f64 {
-    (value.max(0.0) / white + 0.004).sqrt()
 }
 
 impl Edges {

@@ -12,15 +12,24 @@ mod vote;
 use super::circle::Circle;
 use super::picture::Picture;
 use crate::{Error, Result};
+use reduced::Reduced;
 
 pub(super) use mask::of_mask;
 
+/// Silhouettes before a plain background are looked for in a picture made smaller until its
+/// shorter side is at most so many pixels.
+const FINE: usize = 512;
+
+/// Round edges in one made smaller still.
+const SMALL: usize = 160;
+
 /// The circle of the sphere in a picture without a mask.
 ///
-/// Where the picture's border is of one value, as renderers leave it, what differs from that value
-/// is the sphere, and a circle is fitted to its outline, of which a part may be as dark as the
-/// background. Else it is the roundest edge in the picture; with it come the other round things
-/// that may be spheres too.
+/// In linear radiance, where the picture's border is of one value, as renderers leave it, what
+/// differs from that value is the sphere, and a circle is fitted to its outline, of which a part
+/// may be as dark as the background. Else it is the roundest edge in the picture; with it come the
+/// other round things that may be spheres too. In codes the roundest edge comes first: JPEG rings
+/// about what stands before a white wall, and throws shadows on it, which differ from it too.
 ///
 /// # Errors
 /// A picture that is too small, or in which no circle is to be seen.
@@ -34,9 +43,24 @@ pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
             purpose: "to find a sphere in",
         });
     }
-    match plain::before_one_value(picture) {
-        Some(circle) => Ok((circle, Vec::new())),
-        None => round::find(picture),
+    let fine = || Reduced::of(picture, side.div_ceil(FINE));
+    if !picture.is_encoded() {
+        let fine = fine();
+        if let Some(circle) = plain::before_one_value(&fine) {
+            return Ok((circle.times(fine.scale as f64), Vec::new()));
+        }
+    }
+    let small = Reduced::of(picture, side.div_ceil(SMALL));
+    let scale = small.scale as f64;
+    match round::find(&small) {
+        Ok((circle, others)) => Ok((
+            circle.times(scale),
+            others.into_iter().map(|other| other.times(scale)).collect(),
+        )),
+        Err(problem) if picture.is_encoded() => plain::before_codes(&fine(), &small)
+            .map(|circle| (circle, Vec::new()))
+            .ok_or(problem),
+        Err(problem) => Err(problem),
     }
 }
 

@@ -4,45 +4,113 @@ use std::f64::consts::TAU;
 
 use super::Circle;
 use super::fit::{least_squares, through};
-use crate::picture::Picture;
+use super::rays::Rays;
+use super::reduced::{Reduced, even};
 
-/// The sphere before a background of one value, where there is such a background and what stands
-/// before it is a disc or a part of one.
-pub(super) fn before_one_value(picture: &Picture) -> Option<Circle> {
-    let (width, height) = (picture.width(), picture.height());
-    let border: Vec<[f64; 3]> = (0..width)
-        .flat_map(|x| [(x, 0), (x, height - 1)])
-        .chain((0..height).flat_map(|y| [(0, y), (width - 1, y)]))
-        .map(|(x, y)| picture.pixels()[y * width + x])
-        .collect();
-    // A sphere that fills the picture takes up √(1/r) of the border, an eighth at r = 64: the
-    // middle value is the background's if half of it is.
-    let background: [f64; 3] = std::array::from_fn(|c| {
-        let mut values: Vec<f64> = border.iter().map(|rgb| rgb[c]).collect();
+/// The least differences from the background that are looked for in codes of 8 bits, as steps of
+/// one: noise, JPEG's ringing and shadows hide what differs by less.
+const LEVELS: [f64; 5] = [2.5, 5.0, 10.0, 20.0, 40.0];
+
+/// About one code of 8 bits of sRGB on the scale of [`even`].
+const CODE: f64 = 0.004;
+
+/// The border of a picture, pixel by pixel; those in its corners come twice.
+fn border(picture: &Reduced) -> impl Iterator<Item = usize> {
+    let (width, height) = (picture.width, picture.height);
+    (0..width)
+        .flat_map(move |x| [x, (height - 1) * width + x])
+        .chain((0..height).flat_map(move |y| [y * width, y * width + width - 1]))
+}
+
+/// The middle value of the border: a background's, if half of the border is of it. A sphere that
+/// fills the picture takes up √(1/r) of the border, an eighth at r = 64.
+fn background(picture: &Reduced) -> [f64; 3] {
+    std::array::from_fn(|c| {
+        let mut values: Vec<f64> = border(picture).map(|i| picture.values[i][c]).collect();
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
-    });
-    let largest = picture
-        .pixels()
+    })
+}
+
+/// Whether at most one in `most` pixels of the border differs from the background.
+fn is_plain(picture: &Reduced, differs: &[bool], most: usize) -> bool {
+    let off = border(picture).filter(|i| differs[*i]).count();
+    most * off <= 2 * (picture.width + picture.height)
+}
+
+/// The sphere before a background of one value in linear radiance, where there is such a
+/// background and what stands before it is a disc or a part of one.
+pub(super) fn before_one_value(picture: &Reduced) -> Option<Circle> {
+    let background = background(picture);
+    let values = picture.values.iter().flatten();
+    let slack = 1e-9 * values.fold(0.0, |a: f64, &b| a.max(b));
+    let off = |rgb: &[f64; 3], c: usize| (rgb[c] - background[c]).abs();
+    let differs: Vec<bool> = picture
+        .values
         .iter()
-        .flatten()
-        .fold(0.0, |a: f64, &b| a.max(b));
-    let slack = if picture.is_encoded() {
-        // Two codes of 8 bits where sRGB is linear.
-        2.5 / 255.0 / 12.92
-    } else {
-        1e-9 * largest
-    };
-    let differs = |rgb: &[f64; 3]| {
-        (0..3).any(|c| (rgb[c] - background[c]).abs() > slack.max(1e-6 * background[c]))
-    };
-    let off = border.iter().filter(|rgb| differs(rgb)).count();
-    if off * 2 > border.len() {
+        .map(|rgb| (0..3).any(|c| off(rgb, c) > slack.max(1e-6 * background[c])))
+        .collect();
+    if !is_plain(picture, &differs, 2) {
         return None;
     }
+    disc(&differs, picture.width)
+}
+
+/// The sphere before a background of one value in codes: of the discs of what differs by more and
+/// by less, the one on whose outline the light breaks best, as `small` shows it.
+pub(super) fn before_codes(picture: &Reduced, small: &Reduced) -> Option<Circle> {
+    let background = background(picture).map(|value| even(value, picture.white));
+    let difference: Vec<f64> = picture
+        .values
+        .iter()
+        .map(|rgb| {
+            let off = |c: usize| (even(rgb[c], picture.white) - background[c]).abs();
+            off(0).max(off(1)).max(off(2)) / CODE
+        })
+        .collect();
+    let scale = small.scale as f64;
+    let discs = LEVELS.iter().filter_map(|level| {
+        let differs: Vec<bool> = difference.iter().map(|d| d > level).collect();
+        if !is_plain(picture, &differs, 4) {
+            return None;
+        }
+        let circle = disc(&without_specks(&differs, picture.width), picture.width)?;
+        let mut rays = Rays::across(small, circle.times(picture.scale as f64 / scale));
+        let next = rays.best();
+        if next.apart(rays.circle()) < 1.5 {
+            rays = Rays::across(small, next);
+        }
+        Some((rays.gain([0.0; 3]), rays.circle().times(scale)))
+    });
+    let best = discs.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(best.1)
+}
+
+/// What most of the nine pixels around each say, so that noise adds nothing to a silhouette and
+/// its outline stays where it is.
+fn without_specks(differs: &[bool], width: usize) -> Vec<bool> {
+    let height = differs.len() / width;
+    (0..differs.len())
+        .map(|i| {
+            let (x, y) = (i % width, i / width);
+            let (mut count, mut all) = (0, 0);
+            for row in y.saturating_sub(1)..(y + 2).min(height) {
+                for column in x.saturating_sub(1)..(x + 2).min(width) {
+                    all += 1;
+                    count += usize::from(differs[row * width + column]);
+                }
+            }
+            2 * count > all
+        })
+        .collect()
+}
+
+/// The circle whose arc is the outline of a silhouette.
+fn disc(differs: &[bool], width: usize) -> Option<Circle> {
+    let height = differs.len() / width;
     // The first and the last pixel of every row and every column that differ: all of the outline
     // that is seen is among them.
-    let inside = |x: usize, y: usize| differs(&picture.pixels()[y * width + x]);
+    let inside = |x: usize, y: usize| differs[y * width + x];
     let mut edge = Vec::new();
     for y in 0..height {
         if let Some(first) = (0..width).find(|&x| inside(x, y)) {
@@ -82,7 +150,7 @@ fn enclosing(edge: &[(f64, f64)], width: usize, height: usize) -> Option<Circle>
     }
     // Points of the hull lie on the outline or on a chord where darkness cuts it off; the circle
     // that passes most of them and leaves none outside is the outline.
-    let most = 48.min(hull.len());
+    let most = 32.min(hull.len());
     let chosen: Vec<(f64, f64)> = (0..most).map(|i| hull[i * hull.len() / most]).collect();
     let size = width.max(height) as f64;
     let mut best: Option<(f64, Circle)> = None;

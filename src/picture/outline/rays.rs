@@ -103,6 +103,18 @@ impl Rays {
         let mut gain = Vec::with_capacity(count);
         for ray in 0..count {
             let (sin, cos) = (TAU * ray as f64 / count as f64).sin_cos();
+            // Beyond the border there is nothing to see.
+            let (x, y) = (
+                circle.x + circle.radius * cos,
+                circle.y + circle.radius * sin,
+            );
+            if x < -1.0
+                || y < -1.0
+                || x > picture.width as f64 + 1.0
+                || y > picture.height as f64 + 1.0
+            {
+                continue;
+            }
             let mut channels = [[0.0; SAMPLES]; 3];
             for i in 0..SAMPLES {
                 let radius = circle.radius - HALF + STEP * i as f64;
@@ -140,6 +152,11 @@ impl Rays {
         }
     }
 
+    /// The circle that they go across.
+    pub(super) fn circle(&self) -> Circle {
+        self.circle
+    }
+
     /// The gain of a ray, `off` pixels outside the circle: a quadratic spline, which has no corners
     /// for a search to stop at.
     fn at(gain: &[f64; OFFSETS], off: f64) -> f64 {
@@ -162,7 +179,7 @@ impl Rays {
             .zip(&self.gain)
             .map(|((cos, sin), gain)| Self::at(gain, x * cos + y * sin + radius))
             .sum();
-        sum / self.directions.len() as f64
+        sum / self.directions.len().max(1) as f64
     }
 
     /// The circle that breaks fit best.
@@ -199,6 +216,6 @@ impl Rays {
             let here = highest(&gain[middle - 1..=middle + 1]);
             here >= highest(&gain[..]) && here > 1.0
         };
-        self.gain.iter().filter(on).count() as f64 / self.gain.len() as f64
+        self.gain.iter().filter(on).count() as f64 / self.gain.len().max(1) as f64
     }
 }

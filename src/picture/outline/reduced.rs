@@ -83,3 +83,9 @@ impl Reduced {
         })
     }
 }
+
+/// The root of radiance, on which the noise of light is the same everywhere, with dark noise held
+/// down.
+pub(super) fn even(value: f64, white: f64) -> f64 {
+    (value.max(0.0) / white + 0.004).sqrt()
+}

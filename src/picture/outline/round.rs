@@ -8,11 +8,7 @@ use super::fit::weighted_least_squares;
 use super::rays::Rays;
 use super::reduced::Reduced;
 use super::vote;
-use crate::picture::Picture;
 use crate::{Error, Result};
-
-/// A picture is made smaller until its shorter side is at most so many pixels.
-const SIDE: usize = 160;
 
 /// So many of the circles that were voted for are looked at.
 const CANDIDATES: usize = 40;
@@ -57,12 +53,10 @@ const ANOTHER: f64 = 0.4;
 /// # Errors
 /// A picture in which no circle passes the least of that, and one in which all that does is
 /// saturated.
-pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
-    let side = picture.width().min(picture.height());
-    let picture = Reduced::of(picture, side.div_ceil(SIDE));
-    let scale = picture.scale as f64;
-    let edges = Edges::of(&picture);
-    let least = (0.05 * side as f64 / scale).max(5.0);
+pub(super) fn find(picture: &Reduced) -> Result<(Circle, Vec<Circle>)> {
+    let side = picture.width.min(picture.height);
+    let edges = Edges::of(picture);
+    let least = (0.05 * side as f64).max(5.0);
     let mut supports: Vec<Support> = vote::candidates(&edges, least, CANDIDATES)
         .into_iter()
         .filter_map(|candidate| settle(&edges, candidate))
@@ -77,7 +71,7 @@ pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
         }
     }
     for support in &mut followed {
-        follow(&picture, support);
+        follow(picture, support);
     }
     let (saturated, followed): (Vec<Support>, Vec<Support>) = followed
         .into_iter()
@@ -86,11 +80,6 @@ pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
         support.score > LEAST_SCORE && support.seen > LEAST_SEEN && support.sharp > LEAST_SHARP
     };
     if let Some(best) = choose(&followed).filter(passes) {
-        let whole = |circle: Circle| Circle {
-            x: circle.x * scale,
-            y: circle.y * scale,
-            radius: circle.radius * scale,
-        };
         let mut apart = vec![best.circle];
         for support in followed.iter().chain(&saturated).filter(|s| passes(s)) {
             let circle = support.circle;
@@ -106,10 +95,7 @@ pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
                 apart.push(circle);
             }
         }
-        return Ok((
-            whole(best.circle),
-            apart.into_iter().skip(1).map(whole).collect(),
-        ));
+        return Ok((best.circle, apart.into_iter().skip(1).collect()));
     }
     Err(Error::NoSphere {
         reason: if saturated.iter().any(passes) {
@@ -175,11 +161,7 @@ fn settle(edges: &Edges, rough: Circle) -> Option<Circle> {
         circle = weighted_least_squares(near.iter().map(weigh), circle)?;
         width = (0.75 * width).max(0.5);
     }
-    let slack = 1.5;
-    let inside = circle.x - circle.radius > -slack
-        && circle.y - circle.radius > -slack
-        && circle.x + circle.radius < edges.width as f64 + slack
-        && circle.y + circle.radius < edges.height as f64 + slack;
+    let inside = circle.leaves(edges.width, edges.height) < 1.5 + vote::CUT * circle.radius;
     (inside && circle.radius > 4.0 && circle.radius < 2.0 * rough.radius).then_some(circle)
 }
 
@@ -206,9 +188,21 @@ fn support(edges: &Edges, circle: Circle) -> Support {
         let bin = ((turn * bins as f64) as usize).min(bins - 1);
         hit[ring as usize * bins + bin] = true;
     }
+    // What of the outline lies within the picture.
+    let within: Vec<bool> = (0..bins)
+        .map(|bin| {
+            let (sin, cos) = (TAU * ((bin as f64 + 0.5) / bins as f64 - 0.5)).sin_cos();
+            let (x, y) = (
+                circle.x + circle.radius * cos,
+                circle.y + circle.radius * sin,
+            );
+            x > 0.0 && y > 0.0 && x < edges.width as f64 && y < edges.height as f64
+        })
+        .collect();
+    let count = within.iter().filter(|within| **within).count().max(1) as f64;
     let share = |ring: usize| {
-        let hits = hit[ring * bins..][..bins].iter().filter(|hit| **hit);
-        hits.count() as f64 / bins as f64
+        let hits = hit[ring * bins..][..bins].iter().zip(&within);
+        hits.filter(|(hit, within)| **hit && **within).count() as f64 / count
     };
     let seen = share(middle);
     let others: Vec<f64> = (0..rings)
@@ -220,7 +214,7 @@ fn support(edges: &Edges, circle: Circle) -> Support {
         let missed = 1.0 - seen;
         let divergence = seen * (seen / chance).ln()
             + missed * (missed.max(f64::MIN_POSITIVE) / (1.0 - chance)).ln();
-        0.5 * bins as f64 * divergence / LN_10
+        0.5 * count * divergence / LN_10
     } else {
         0.0
     };

@@ -5,6 +5,9 @@ use std::f64::consts::TAU;
 use super::Circle;
 use super::edges::Edges;
 
+/// A circle may go so far beyond the border, as a share of its radius.
+pub(super) const CUT: f64 = 0.15;
+
 /// Parts of a circle of which each counts once.
 const SECTORS: usize = 32;
 
@@ -21,7 +24,7 @@ const CELL: f64 = 0.06;
 /// vote.
 pub(super) fn candidates(edges: &Edges, least: f64, count: usize) -> Vec<Circle> {
     let (width, height) = (edges.width as f64, edges.height as f64);
-    let most = 0.5 * width.min(height) * 1.02;
+    let most = 0.5 * width.min(height) * (1.02 + CUT);
     let mut all: Vec<(f32, Circle)> = Vec::new();
     let least_votes = 0.25 * SECTORS as f32;
     let sectors: Vec<usize> = edges
@@ -48,7 +51,7 @@ pub(super) fn candidates(edges: &Edges, least: f64, count: usize) -> Vec<Circle>
             for (sign, turned) in [(1.0, 0), (-1.0, SECTORS / 2)] {
                 let (dx, dy) = (sign * edge.normal.0, sign * edge.normal.1);
                 let (x, y) = (edge.x - radius * dx, edge.y - radius * dy);
-                let slack = 0.02 * radius + 1.0;
+                let slack = (0.02 + CUT) * radius + 1.0;
                 if x < radius - slack
                     || y < radius - slack
                     || x > width - radius + slack
