@@ -79,11 +79,6 @@ pub(super) fn decode(bytes: &[u8]) -> Decoded<Picture> {
         (order.lines, order.pixels)
     };
     check_size(width, height, bytes.len())?;
-    let mut stored: Vec<[u8; 4]> = room(width * height)?;
-    let mut rest = &bytes[start..];
-    for _ in 0..order.lines {
-        scan_line(&mut rest, order.pixels, &mut stored)?;
-    }
     let value = |pixel: [u8; 4]| {
         let [x, y, z] = radiance(pixel);
         let seen = if header.xyz {
@@ -98,21 +93,26 @@ pub(super) fn decode(bytes: &[u8]) -> Decoded<Picture> {
             _ => seen,
         }
     };
-    let mut pixels = room(stored.len())?;
-    for row in 0..height {
-        for column in 0..width {
-            let (mut line, mut pixel) = if order.rows {
-                (row, column)
-            } else {
-                (column, row)
-            };
-            if order.reversed_lines {
-                line = order.lines - 1 - line;
-            }
+    let mut pixels = room(width * height)?;
+    pixels.resize(width * height, [0.0; 3]);
+    let mut rest = &bytes[start..];
+    let mut stored: Vec<[u8; 4]> = room(order.pixels)?;
+    for mut line in 0..order.lines {
+        if order.reversed_lines {
+            line = order.lines - 1 - line;
+        }
+        stored.clear();
+        scan_line(&mut rest, order.pixels, &mut stored)?;
+        for (mut pixel, &stored) in stored.iter().enumerate() {
             if order.reversed_pixels {
                 pixel = order.pixels - 1 - pixel;
             }
-            pixels.push(value(stored[line * order.pixels + pixel]));
+            let place = if order.rows {
+                line * width + pixel
+            } else {
+                pixel * width + line
+            };
+            pixels[place] = value(stored);
         }
     }
     Ok(Picture {

@@ -13,7 +13,7 @@ mod primaries;
 mod srgb;
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -132,25 +132,47 @@ fn too_many(width: usize, height: usize) -> Problem {
 /// [`Error::File`] when the file cannot be opened, is truncated or corrupt, claims more than
 /// [`MOST_PIXELS`], or is of another format.
 pub fn read(path: &Path) -> Result<Picture> {
-    decode_problem(&read_bytes(path)?).map_err(|problem| problem.in_file(path))
+    let decoded = decode_file(path)?.whole();
+    Ok(decoded.map_err(|problem| problem.in_file(path))?.picture)
+}
+
+/// [`read`], with all that the file says. A portable float map, whose pixels are not packed, is
+/// read a row at a time; other files are in memory while they are decoded.
+pub(crate) fn decode_file(path: &Path) -> Result<Decoded> {
+    let mut file = BufReader::new(open(path)?);
+    // A device or a pipe does not say how long it is.
+    let length = file.get_ref().metadata().ok().filter(|data| data.is_file());
+    if let Some(length) = length
+        && length.len() <= MOST_BYTES
+        && file.fill_buf().is_ok_and(pfm::recognises)
+    {
+        return pfm::decode(&mut file, length.len() as usize)
+            .map_err(|problem| problem.in_file(path));
+    }
+    decode_all(&read_bytes(path)?).map_err(|problem| problem.in_file(path))
+}
+
+fn open(path: &Path) -> Result<File> {
+    File::open(path).map_err(|error| unread(path, &error))
+}
+
+fn unread(path: &Path, error: &std::io::Error) -> Error {
+    Error::file(
+        path,
+        format!("the file cannot be read: {error}"),
+        "give the path of a file that can be opened",
+    )
 }
 
 /// What a file holds.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    let unread = |error: std::io::Error| {
-        Error::file(
-            path,
-            format!("the file cannot be read: {error}"),
-            "give the path of a file that can be opened",
-        )
-    };
-    let file = File::open(path).map_err(unread)?;
+    let file = open(path)?;
     let length = file.metadata().map_or(0, |data| data.len());
     let length = length.min(MOST_BYTES) as usize;
     let mut bytes = room(length).map_err(|problem| problem.in_file(path))?;
     file.take(MOST_BYTES + 1)
         .read_to_end(&mut bytes)
-        .map_err(unread)?;
+        .map_err(|error| unread(path, &error))?;
     if bytes.len() as u64 > MOST_BYTES {
         return Err(Error::file(
             path,
@@ -247,9 +269,9 @@ pub(crate) fn room<T>(count: usize) -> std::result::Result<Vec<T>, Problem> {
 /// Whether the first bytes are those of a format that [`decode`] reads; an empty file is left to
 /// it, too.
 pub(crate) fn is_linear(bytes: &[u8]) -> bool {
-    let starts: [&[u8]; 3] = [&exr::MAGIC, b"PF", b"Pf"];
     bytes.is_empty()
-        || starts.iter().any(|start| bytes.starts_with(start))
+        || bytes.starts_with(&exr::MAGIC)
+        || pfm::recognises(bytes)
         || hdr::recognises(bytes)
 }
 
@@ -257,8 +279,8 @@ pub(crate) fn is_linear(bytes: &[u8]) -> bool {
 pub(crate) fn decode_all(bytes: &[u8]) -> std::result::Result<Decoded, Problem> {
     if bytes.starts_with(&exr::MAGIC) {
         exr::decode(bytes)
-    } else if bytes.starts_with(b"PF") || bytes.starts_with(b"Pf") {
-        pfm::decode(bytes)
+    } else if pfm::recognises(bytes) {
+        pfm::decode(&mut &*bytes, bytes.len())
     } else if bytes.is_empty() {
         Err(Problem::new("the file is empty", "fetch it again"))
     } else if hdr::recognises(bytes) {

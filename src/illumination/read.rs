@@ -33,7 +33,7 @@ const ENDINGS: [&str; 4] = ["exr", "hdr", "pic", "pfm"];
 /// # Ok::<(), lobes::Error>(())
 /// ```
 pub fn read(path: &Path, mapping: Option<Mapping>) -> Result<EnvironmentMap> {
-    read_bytes(path, &files::read_bytes(path)?, mapping)
+    map_of(path, files::decode_file(path)?, asked(path, mapping))
 }
 
 /// [`read()`], of bytes that are already in memory: `path` names the map, and the file in errors.
@@ -42,7 +42,13 @@ pub fn read(path: &Path, mapping: Option<Mapping>) -> Result<EnvironmentMap> {
 ///
 /// As [`read()`], but for what cannot be opened.
 pub fn read_bytes(path: &Path, bytes: &[u8], mapping: Option<Mapping>) -> Result<EnvironmentMap> {
-    decode_as(path, bytes, |width, height| match mapping {
+    let decoded = files::decode_all(bytes).map_err(|problem| problem.in_file(path))?;
+    map_of(path, decoded, asked(path, mapping))
+}
+
+/// The mapping that was asked for, of a picture of so many pixels; that of its shape without one.
+fn asked(path: &Path, mapping: Option<Mapping>) -> impl Fn(usize, usize) -> Result<Mapping> {
+    move |width, height| match mapping {
         Some(mapping) if !mapping.fits(width, height) => {
             let (across, down) = mapping.aspect();
             Err(Error::file(
@@ -53,7 +59,7 @@ pub fn read_bytes(path: &Path, bytes: &[u8], mapping: Option<Mapping>) -> Result
         }
         Some(mapping) => Ok(mapping),
         None => guess(path, width, height),
-    })
+    }
 }
 
 /// The mapping that a shape tells.
@@ -65,15 +71,13 @@ fn guess(path: &Path, width: usize, height: usize) -> Result<Mapping> {
     })
 }
 
-/// The map of a file's bytes, under the mapping that is chosen for its size.
-fn decode_as(
+/// The map that a file holds, under the mapping that is chosen for its size.
+fn map_of(
     path: &Path,
-    bytes: &[u8],
+    decoded: files::Decoded,
     choose: impl Fn(usize, usize) -> Result<Mapping>,
 ) -> Result<EnvironmentMap> {
-    let decoded = files::decode_all(bytes)
-        .and_then(files::Decoded::whole)
-        .map_err(|problem| problem.in_file(path))?;
+    let decoded = decoded.whole().map_err(|problem| problem.in_file(path))?;
     if decoded.environment == Some(files::Environment::Cube) {
         return Err(Error::file(
             path,
@@ -147,14 +151,11 @@ pub fn read_folder(path: &Path, mapping: Option<Mapping>) -> Result<Vec<Environm
     paths
         .iter()
         .map(|path| {
-            decode_as(
-                path,
-                &files::read_bytes(path)?,
-                |width, height| match mapping {
-                    Some(mapping) if mapping.fits(width, height) => Ok(mapping),
-                    _ => guess(path, width, height),
-                },
-            )
+            let decoded = files::decode_file(path)?;
+            map_of(path, decoded, |width, height| match mapping {
+                Some(mapping) if mapping.fits(width, height) => Ok(mapping),
+                _ => guess(path, width, height),
+            })
         })
         .collect()
 }
