@@ -107,15 +107,18 @@ fn space(info: &Info<'_>, grey: bool) -> Result<Space, Problem> {
         };
         let primaries = Primaries::numbered(points.color_primaries);
         return match primaries {
-            Some(primaries)
-                if points.matrix_coefficients == 0 && points.is_video_full_range_image =>
-            {
-                Space::of(curve, primaries)
-            }
-            Some(_) => Err(Problem::new(
+            Some(_) if points.matrix_coefficients != 0 => Err(Problem::new(
+                format!(
+                    "the picture's cICP says the matrix coefficients number {}: its codes would be luma and chroma, where PNG's are RGB, which is number 0",
+                    points.matrix_coefficients
+                ),
+                "convert it to sRGB",
+            )),
+            Some(_) if !points.is_video_full_range_image => Err(Problem::new(
                 "the picture's cICP says that its codes are no RGB of full range",
                 "convert it to sRGB",
             )),
+            Some(primaries) => Space::of(curve, primaries),
             None => Err(Problem::new(
                 format!(
                     "the picture's cICP says the primaries number {}, which are not read here",

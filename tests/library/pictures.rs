@@ -867,6 +867,7 @@ fn codes_mean_what_the_picture_says() {
         (vec![9, 16, 0, 1], "the transfer PQ (number 16)"),
         (vec![9, 18, 0, 1], "the transfer HLG"),
         (vec![1, 13, 0, 0], "no RGB of full range"),
+        (vec![1, 13, 6, 1], "the matrix coefficients number 6"),
         (vec![2, 13, 0, 1], "the primaries number 2"),
     ] {
         let message = unseen(&coded(srgb, &said(&[("cICP", chunk)]), None));
@@ -934,6 +935,150 @@ fn every_kind_of_png_is_read() {
         message.contains("claims") || message.contains("CRC"),
         "{message}"
     );
+}
+
+/// The bytes of a PNG's chunk.
+fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
+    let mut crc = !0u32;
+    for byte in name.iter().chain(data) {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            crc = crc >> 1 ^ (crc & 1) * 0xedb8_8320;
+        }
+    }
+    let length = u32::try_from(data.len()).unwrap().to_be_bytes();
+    [&length[..], name, data, &(!crc).to_be_bytes()].concat()
+}
+
+/// A PNG of eight bits and three channels, its pixels stored as they are (deflate without packing).
+fn png_of(width: u32, height: u32, interlaced: bool, rows: &[u8]) -> Vec<u8> {
+    let (mut a, mut b) = (1u32, 0u32);
+    for byte in rows {
+        a = (a + u32::from(*byte)) % 65_521;
+        b = (b + a) % 65_521;
+    }
+    let length = u16::try_from(rows.len()).unwrap();
+    let mut data = vec![0x78, 0x01, 1];
+    data.extend(length.to_le_bytes());
+    data.extend((!length).to_le_bytes());
+    data.extend(rows);
+    data.extend((b << 16 | a).to_be_bytes());
+    let mut header = [width.to_be_bytes(), height.to_be_bytes()].concat();
+    header.extend([8, 2, 0, 0, u8::from(interlaced)]);
+    [
+        &b"\x89PNG\r\n\x1a\n"[..],
+        &chunk(b"IHDR", &header),
+        &chunk(b"IDAT", &data),
+        &chunk(b"IEND", &[]),
+    ]
+    .concat()
+}
+
+/// PNG's seven passes (third edition, 8.1): first column and row of each, and the steps.
+const ADAM7: [[usize; 4]; 7] = [
+    [0, 0, 8, 8],
+    [4, 0, 8, 8],
+    [0, 4, 4, 8],
+    [2, 0, 4, 4],
+    [0, 2, 2, 4],
+    [1, 0, 2, 2],
+    [0, 1, 1, 2],
+];
+
+#[test]
+fn interlaced_pngs_are_read_pixel_by_pixel() {
+    let of = |bytes: &[u8]| lobes::picture::Picture::of_bytes(bytes).unwrap();
+    // Of some sizes there is nothing in some of the passes.
+    for (width, height) in [(1, 1), (3, 2), (5, 5), (9, 11), (16, 8)] {
+        let code = |row: usize, column: usize| [7 * row, 13 * column, row * width + column];
+        let mut rows = Vec::new();
+        let mut straight = Vec::new();
+        let put = |rows: &mut Vec<u8>, row: usize, columns: Vec<usize>| {
+            if !columns.is_empty() {
+                rows.push(0);
+                for column in columns {
+                    rows.extend(code(row, column).map(|code| u8::try_from(code).unwrap()));
+                }
+            }
+        };
+        for [left, top, across, down] in ADAM7 {
+            for row in (top..height).step_by(down) {
+                put(&mut rows, row, (left..width).step_by(across).collect());
+            }
+        }
+        for row in 0..height {
+            put(&mut straight, row, (0..width).collect());
+        }
+        let (w, h) = (width as u32, height as u32);
+        let picture = of(&png_of(w, h, true, &rows));
+        for (index, pixel) in picture.pixels().iter().enumerate() {
+            let expected = code(index / width, index % width)
+                .map(|code| files::linear_of_srgb(code as f64 / 255.0));
+            close(*pixel, expected, 1e-12, "an interlaced pixel");
+        }
+        assert_eq!(
+            picture.pixels(),
+            of(&png_of(w, h, false, &straight)).pixels()
+        );
+        // Cut off, wherever.
+        let bytes = png_of(w, h, true, &rows);
+        for end in (0..bytes.len() - 12).step_by(11) {
+            assert!(lobes::picture::Picture::of_bytes(&bytes[..end]).is_err());
+        }
+    }
+}
+
+/// TIFF 6, page 36: at which sides of what is seen the first row and the first column of what is
+/// stored are.
+#[test]
+fn orientation_turns_and_mirrors_a_picture_of_many_pixels() {
+    use png::BitDepth::Eight;
+    let (width, height) = (3usize, 2usize);
+    // A name for each pixel.
+    let stored = |row: usize, column: usize| (10 * row + column) as u8;
+    for orientation in 1..=8u8 {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(Eight);
+        let mut writer = encoder.write_header().unwrap();
+        let mut exif = b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".to_vec();
+        exif.extend([orientation, 0, 0, 0, 0, 0, 0, 0]);
+        writer.write_chunk(png::chunk::eXIf, &exif).unwrap();
+        let codes: Vec<u8> = (0..width * height)
+            .map(|i| stored(i / width, i % width))
+            .collect();
+        writer.write_image_data(&codes).unwrap();
+        writer.finish().unwrap();
+        let picture = lobes::picture::Picture::of_bytes(&bytes).unwrap();
+        // What is seen, rows from the top, as names.
+        let expected: &[&[u8]] = match orientation {
+            1 => &[&[0, 1, 2], &[10, 11, 12]],
+            // The first column is at the right.
+            2 => &[&[2, 1, 0], &[12, 11, 10]],
+            // The first row is at the bottom, and the first column at the right.
+            3 => &[&[12, 11, 10], &[2, 1, 0]],
+            // The first row is at the bottom.
+            4 => &[&[10, 11, 12], &[0, 1, 2]],
+            // The first row is at the left, the first column at the top.
+            5 => &[&[0, 10], &[1, 11], &[2, 12]],
+            // At the right and at the top.
+            6 => &[&[10, 0], &[11, 1], &[12, 2]],
+            // At the right and at the bottom.
+            7 => &[&[12, 2], &[11, 1], &[10, 0]],
+            // At the left and at the bottom.
+            _ => &[&[2, 12], &[1, 11], &[0, 10]],
+        };
+        assert_eq!(
+            (picture.height(), picture.width()),
+            (expected.len(), expected[0].len()),
+            "{orientation}"
+        );
+        for (pixel, name) in picture.pixels().iter().zip(expected.concat()) {
+            let value = files::linear_of_srgb(f64::from(name) / 255.0);
+            close(*pixel, [value; 3], 1e-12, &format!("{orientation}"));
+        }
+    }
 }
 
 /// EXIF of one entry, an orientation, before the pixels of a PNG or after them.
