@@ -25,6 +25,17 @@ pub(super) fn contracts() -> Vec<Contract> {
             measure: lambert_kernel,
         },
         Contract {
+            id: "reflectance/lambert-far",
+            function: "reflectance::lambert::{transfer, coefficient}",
+            oracle: Oracle::Snapshot("lambert"),
+            domain: "nine even degrees from 2^20 + 2 to 2^53",
+            metric: Metric::Relative,
+            bound: 2e-15,
+            why: "a closed form of some ten roundings",
+            loose: None,
+            measure: lambert_far,
+        },
+        Contract {
             id: "reflectance/lobe",
             function: "Ward::evaluate",
             oracle: Oracle::Snapshot("ward"),
@@ -300,6 +311,23 @@ fn lambert_kernel(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
             tally.compare(lambert::transfer(degree), case.transfers[index], at);
             let transfers = lambert::transfers(degree)?;
             tally.compare(transfers[degree], case.transfers[index], at);
+            tally.compare(lambert::coefficient(degree), case.coefficients[index], at);
+        }
+    }
+    Ok(())
+}
+
+fn lambert_far(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Case {
+        degrees: Vec<usize>,
+        transfers: Vec<f64>,
+        coefficients: Vec<f64>,
+    }
+    for case in snapshots.cases::<Case>("lambert", "far")? {
+        for (index, &degree) in case.degrees.iter().enumerate() {
+            let at = || format!("l = {degree}");
+            tally.compare(lambert::transfer(degree), case.transfers[index], at);
             tally.compare(lambert::coefficient(degree), case.coefficients[index], at);
         }
     }
