@@ -8,7 +8,7 @@
 //! Without `--whole` it takes one map, one lobe, one σ and one tolerance, and four pixels of each;
 //! `--maps`, `--lobes`, `--sigmas`, `--tolerances`, `--pixels` and `--seed` choose others.
 //! `--itself` takes the renderer at a tenth of the tolerance for the truth, which is a thousand
-//! times faster: many sights show what few do not, as long as the two are not wrong together.
+//! times faster: many points show what few do not, as long as the two are not wrong together.
 //!
 //! A cell is a map, a lobe, a σ and a tolerance; its pixels are few, and the table pools those of
 //! all maps and lobes. It ends with an error if of a row the 99.9th percentile passes the
@@ -21,7 +21,7 @@ use std::time::Instant;
 use lobes::glam::DVec3;
 use lobes::illumination::{EnvironmentMap, builtin};
 use lobes::reflectance::{Material, Variant};
-use lobes::reflection::{Camera, Renderer, Sight, reference};
+use lobes::reflection::{Camera, Renderer, ShadingPoint, reference};
 use lobes::{Error, Parallelism, Result};
 use rand::RngExt;
 
@@ -151,11 +151,11 @@ impl Options {
                         chosen.push(place);
                     }
                 }
-                let few: Vec<Sight> = chosen.iter().map(|&place| places[place]).collect();
+                let few: Vec<ShadingPoint> = chosen.iter().map(|&place| places[place]).collect();
                 let least = self.tolerances.iter().copied().fold(0.1, f64::min);
-                let exact = |sight: &Sight| {
+                let exact = |point: &ShadingPoint| {
                     let seen =
-                        reference(map, &material, lobe, sight.normal, sight.view, 0.02 * least)?;
+                        reference(map, &material, lobe, point.normal, point.view, 0.02 * least)?;
                     Ok(seen.value)
                 };
                 let truth = match self.itself {
@@ -164,11 +164,11 @@ impl Options {
                 };
                 for &tolerance in &self.tolerances {
                     let start = Instant::now();
-                    let list = |sights, tolerance| {
+                    let list = |points, tolerance| {
                         renderer.radiance(
                             &material,
                             lobe,
-                            sights,
+                            points,
                             tolerance,
                             Parallelism::Sequential,
                         )
@@ -207,13 +207,19 @@ impl Options {
 }
 
 impl Cell {
-    fn compare(&mut self, sights: &[Sight], got: &[[f64; 3]], truth: &[[f64; 3]], picture: f64) {
-        for ((sight, got), truth) in sights.iter().zip(got).zip(truth) {
+    fn compare(
+        &mut self,
+        points: &[ShadingPoint],
+        got: &[[f64; 3]],
+        truth: &[[f64; 3]],
+        picture: f64,
+    ) {
+        for ((point, got), truth) in points.iter().zip(got).zip(truth) {
             let difference = (0..3)
                 .map(|channel| (got[channel] - truth[channel]).abs())
                 .fold(0.0, f64::max);
             let error = difference / mean(truth).max(0.01 * picture);
-            self.pixels.push((error, cosine(sight)));
+            self.pixels.push((error, cosine(point)));
         }
     }
 
@@ -255,8 +261,8 @@ fn picture_mean(values: &[[f64; 3]]) -> f64 {
     values.iter().map(mean).sum::<f64>() / values.len() as f64
 }
 
-fn cosine(sight: &Sight) -> f64 {
-    sight.normal.dot(sight.view)
+fn cosine(point: &ShadingPoint) -> f64 {
+    point.normal.dot(point.view)
 }
 
 fn run() -> Result<bool> {

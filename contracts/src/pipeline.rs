@@ -54,13 +54,13 @@ impl Case {
     fn image(&self) -> Result<SphereImage> {
         let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
         let pixels = (0..self.size * self.size).map(|i| {
-            let Some(sight) = camera.pixel(self.size, i / self.size, i % self.size) else {
+            let Some(point) = camera.pixel(self.size, i / self.size, i % self.size) else {
                 return [0.0; 3];
             };
             let mut sum = [0.0; 3];
             for bump in &self.bumps {
                 let direction = DVec3::new(bump[0], bump[1], bump[2]);
-                let rise = (bump[3] * (sight.normal.dot(direction) - 1.0)).exp();
+                let rise = (bump[3] * (point.normal.dot(direction) - 1.0)).exp();
                 for (sum, weight) in sum.iter_mut().zip(&bump[4..]) {
                     *sum += weight * rise;
                 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lobes::features::{Continuation, ImageSpectrum, PaperFeatures, TOP_DEGREE};
 use lobes::glam::DVec3;
 use lobes::reflectance::Variant;
-use lobes::reflection::{self, Settings, Sight, SphereImage};
+use lobes::reflection::{self, Settings, ShadingPoint, SphereImage};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -107,27 +107,27 @@ impl Camera {
     /// What the pixels of a picture see: normals and directions to the camera, each (size, size,
     /// 3), NaN where a pixel misses the sphere.
     #[expect(clippy::type_complexity, reason = "two arrays")]
-    fn sights<'py>(
+    fn shading_points<'py>(
         &self,
         py: Python<'py>,
         size: usize,
     ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
         check_size(size)?;
-        check_room(12 * size * size, "the sights of a picture")?;
-        let missing = Sight {
+        check_room(12 * size * size, "the points of a picture")?;
+        let missing = ShadingPoint {
             normal: DVec3::NAN,
             view: DVec3::NAN,
         };
-        let sights = (0..size * size).map(|index| {
-            let sight = self.camera.pixel(size, index / size, index % size);
-            sight.unwrap_or(missing)
+        let points = (0..size * size).map(|index| {
+            let point = self.camera.pixel(size, index / size, index % size);
+            point.unwrap_or(missing)
         });
-        let sights: Vec<_> = sights.collect();
-        let of = |part: fn(&Sight) -> DVec3| {
-            let flat = sights.iter().flat_map(|sight| part(sight).to_array());
+        let points: Vec<_> = points.collect();
+        let of = |part: fn(&ShadingPoint) -> DVec3| {
+            let flat = points.iter().flat_map(|point| part(point).to_array());
             shaped(py, &[size, size, 3], flat.collect())
         };
-        Ok((of(|sight| sight.normal)?, of(|sight| sight.view)?))
+        Ok((of(|point| point.normal)?, of(|point| point.view)?))
     }
 
     fn __repr__(&self) -> String {
@@ -233,10 +233,10 @@ impl Renderer {
             tolerance,
             pixel_samples,
         };
-        // A sight and its estimate take 14 doubles.
-        let sights = (size * size).saturating_mul(pixel_samples.saturating_mul(pixel_samples));
+        // A point and its estimate take 14 doubles.
+        let points = (size * size).saturating_mul(pixel_samples.saturating_mul(pixel_samples));
         if (1..=64).contains(&pixel_samples) {
-            check_room(sights.saturating_mul(14), "a picture of that size")?;
+            check_room(points.saturating_mul(14), "a picture of that size")?;
         }
         let renderer = Arc::clone(&self.renderer);
         let rendering = interrupt::run(py, move || {
@@ -276,12 +276,12 @@ impl Renderer {
                 shape_name(&views.shape)
             )));
         }
-        let sights: Vec<_> = normals
+        let points: Vec<_> = normals
             .vectors
             .iter()
             .zip(&views.vectors)
             // Closer to unit length than doubles of single precision are.
-            .map(|(normal, view)| Sight {
+            .map(|(normal, view)| ShadingPoint {
                 normal: normal.normalize(),
                 view: view.normalize(),
             })
@@ -289,7 +289,7 @@ impl Renderer {
         let renderer = Arc::clone(&self.renderer);
         let (values, reached) = interrupt::run(py, move || {
             let threads = parallelism(threads);
-            renderer.radiance(&material.0, variant, &sights, tolerance, threads)
+            renderer.radiance(&material.0, variant, &points, tolerance, threads)
         })?
         .map_err(error)?;
         let shape = [&normals.shape[..], &[3]].concat();

@@ -126,7 +126,7 @@ GOOD = {
     "Material.lobe": (lobes.Material.white().lobe, ("gmd",)),
     "Camera": (lobes.Camera, ([0, 0, 1], [0, 1, 0], 2.0, 0.1)),
     "Camera.rolled": (lobes.Camera().rolled, (0.1,)),
-    "Camera.sights": (lobes.Camera().sights, (4,)),
+    "Camera.shading_points": (lobes.Camera().shading_points, (4,)),
     "Renderer": (lobes.Renderer, (LIGHT, False)),
     "Renderer.render": (
         lobes.Renderer(LIGHT).render,

@@ -88,7 +88,7 @@ def test_radiance_is_that_of_the_picture():
     camera = lobes.Camera(towards=[1, 0.3, 0.5], distance=4.0, roll=0.2)
     material = lobes.Material.plastic("p", [0.3, 0.2, 0.1], 0.05, 0.1)
     rendering = renderer.render(material, camera=camera, size=16)
-    normals, views = camera.sights(16)
+    normals, views = camera.shading_points(16)
     assert np.array_equal(np.isnan(normals[..., 0]), ~rendering.mask)
     values, error = renderer.radiance(material, normals[rendering.mask], views[rendering.mask].astype("f4"))
     assert error < 1e-3 and np.allclose(values, rendering.pixels[rendering.mask], rtol=4e-3)

@@ -149,8 +149,8 @@ mod tests {
             .map(|i| {
                 camera
                     .pixel(size, i / size, i % size)
-                    .map_or([0.0; 3], |sight| {
-                        [(0.5 * legendre8(sight.normal.z)).exp(); 3]
+                    .map_or([0.0; 3], |point| {
+                        [(0.5 * legendre8(point.normal.z)).exp(); 3]
                     })
             })
             .collect();

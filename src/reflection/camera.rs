@@ -6,7 +6,7 @@ use crate::{Error, Result};
 
 /// A point of the sphere as the camera sees it: unit vectors in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
+pub struct ShadingPoint {
     /// The sphere's normal there.
     pub normal: DVec3,
     /// The direction from that point towards the camera.
@@ -151,14 +151,14 @@ impl Camera {
 
     /// What the picture shows at (x, y), each in [−1, 1], x to the right and y upwards; none
     /// outside the sphere.
-    pub fn point(&self, x: f64, y: f64) -> Option<Sight> {
+    pub fn point(&self, x: f64, y: f64) -> Option<ShadingPoint> {
         let square = x * x + y * y;
         if square.is_nan() || square >= 1.0 {
             return None;
         }
         let local = |v: DVec3| self.right * v.x + self.up * v.y + self.towards * v.z;
         if self.distance.is_infinite() {
-            return Some(Sight {
+            return Some(ShadingPoint {
                 normal: local(DVec3::new(x, y, (1.0 - square).sqrt())),
                 view: self.towards,
             });
@@ -171,7 +171,7 @@ impl Camera {
         let root = ((1.0 - square) / (1.0 + edge * edge * square)).sqrt();
         let along = self.distance * ray.z - root;
         let normal = (DVec3::new(0.0, 0.0, self.distance) - ray * along).normalize();
-        Some(Sight {
+        Some(ShadingPoint {
             normal: local(normal),
             view: local(ray),
         })
@@ -179,7 +179,7 @@ impl Camera {
 
     /// What the centre of a pixel of a picture of `size` × `size` shows; none where it misses the
     /// sphere or where there is no such pixel.
-    pub fn pixel(&self, size: usize, row: usize, column: usize) -> Option<Sight> {
+    pub fn pixel(&self, size: usize, row: usize, column: usize) -> Option<ShadingPoint> {
         if row >= size || column >= size {
             return None;
         }
@@ -192,7 +192,7 @@ impl Camera {
 
     /// The point whose normal makes the angle `polar` with the line of sight, at `azimuth` from the
     /// picture's right towards its top; `polar` in [0, [`rim`](Self::rim)].
-    pub fn sight(&self, polar: f64, azimuth: f64) -> Sight {
+    pub fn shading_point(&self, polar: f64, azimuth: f64) -> ShadingPoint {
         let (sin_polar, cos_polar) = polar.sin_cos();
         let (sin, cos) = azimuth.sin_cos();
         let normal = (self.right * cos + self.up * sin) * sin_polar + self.towards * cos_polar;
@@ -201,6 +201,6 @@ impl Camera {
         } else {
             (self.towards * self.distance - normal).normalize()
         };
-        Sight { normal, view }
+        ShadingPoint { normal, view }
     }
 }

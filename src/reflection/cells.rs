@@ -8,8 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 use fearless_simd::{f64x8, prelude::*};
 
+use super::bright_pixels::Light;
 use super::kernel::{EightRows, LobeAt, Part, RowLobe, Shape};
-use super::lamps::Light;
 use super::region::Region;
 use crate::illumination::EnvironmentMap;
 use crate::sphere::Rule;
@@ -37,7 +37,7 @@ pub(super) struct Cells {
     width: usize,
     height: usize,
     pixels: Vec<[f64; 3]>,
-    /// The pixels without the lamps.
+    /// The pixels without the bright pixels.
     rest: Vec<[f64; 3]>,
     /// (cos ψ, sin ψ) of the columns' centres.
     centres: Vec<(f64, f64)>,
@@ -48,7 +48,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// A map, and its pixels without the lamps.
+    /// A map, and its pixels without the bright pixels.
     pub(super) fn new(map: &EnvironmentMap, rest: Vec<[f64; 3]>) -> Self {
         let rule = Rule::gauss_legendre(NODES).expect("four nodes are allowed");
         // From −1 up to 1.
@@ -119,7 +119,7 @@ impl Cells {
     ) -> [f64; 3] {
         let pixels = match light {
             Light::All => &self.pixels,
-            Light::WithoutLamps => &self.rest,
+            Light::WithoutBrightPixels => &self.rest,
         };
         let parts = 1usize << doublings;
         let strips = self.height * parts;

@@ -14,11 +14,10 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::hat::Hat;
-use super::kernel::to_map;
 use crate::harmonics::{Coefficients, Transform};
 use crate::illumination::EnvironmentMap;
 use crate::reflectance::lambert;
-use crate::sphere::{Grid, Rule};
+use crate::sphere::{Grid, Rule, to_map};
 use crate::{Parallelism, Result};
 
 /// The largest degree.

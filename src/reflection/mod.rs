@@ -5,13 +5,14 @@
     reason = "the formulas are plain text, with subscripts"
 )]
 
+mod bright_pixels;
 mod camera;
 mod cells;
 mod hat;
+mod horizon_quadrature;
 mod image;
 mod irradiance;
 mod kernel;
-mod lamps;
 mod light_tree;
 mod operator;
 mod operator_lobe;
@@ -21,9 +22,8 @@ mod pyramid;
 mod reference;
 mod region;
 mod renderer;
-mod strip;
 
-pub use camera::{Camera, Sight};
+pub use camera::{Camera, ShadingPoint};
 pub use image::{SphereImage, check_size};
 pub use light_tree::{Bounded, FunctionLobe, LightTree};
 pub(crate) use operator::check_spectrum;

@@ -20,6 +20,11 @@ const BLOCK: usize = 16;
 
 /// Where the camera stands: on the axis of the view, at which distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "StoredViewpoint", rename_all = "snake_case")
+)]
 pub enum Viewpoint {
     /// Infinitely far: every normal is seen from the same direction.
     Orthographic,
@@ -28,6 +33,29 @@ pub enum Viewpoint {
         /// The distance.
         distance: f64,
     },
+}
+
+/// A viewpoint as files have it, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum StoredViewpoint {
+    Orthographic,
+    Perspective { distance: f64 },
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<StoredViewpoint> for Viewpoint {
+    type Error = Error;
+
+    fn try_from(stored: StoredViewpoint) -> Result<Self> {
+        let viewpoint = match stored {
+            StoredViewpoint::Orthographic => Self::Orthographic,
+            StoredViewpoint::Perspective { distance } => Self::Perspective { distance },
+        };
+        viewpoint.check()?;
+        Ok(viewpoint)
+    }
 }
 
 impl Viewpoint {

@@ -79,7 +79,7 @@ struct Level {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Checked {
     pub(super) value: [f64; 3],
-    pub(super) doubt: f64,
+    pub(super) embedded: f64,
 }
 
 /// The moments of a map on grids from coarse to fine.
@@ -199,7 +199,7 @@ impl Pyramid {
         let mean = sums[3].total();
         Checked {
             value: [r, g, b],
-            doubt: ((r + g + b) / 3.0 - mean).abs(),
+            embedded: ((r + g + b) / 3.0 - mean).abs(),
         }
     }
 

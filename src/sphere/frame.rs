@@ -24,6 +24,17 @@ pub fn from_harmonic(harmonic: DVec3) -> DVec3 {
     DVec3::new(harmonic.y, harmonic.z, harmonic.x)
 }
 
+/// A world vector in the map's frame: (sin θ cos ψ, sin θ sin ψ, cos θ), with ψ growing with the
+/// map's columns. It is the harmonic frame mirrored in y, which no scalar product sees.
+pub(crate) fn to_map(world: DVec3) -> DVec3 {
+    DVec3::new(world.z, -world.x, world.y)
+}
+
+/// The inverse of [`to_map`].
+pub(crate) fn from_map(map: DVec3) -> DVec3 {
+    DVec3::new(-map.y, map.z, map.x)
+}
+
 /// A right-handed orthonormal frame, as its three axes in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {

@@ -27,12 +27,12 @@ fn normal_deviate(rng: &mut Pcg64) -> f64 {
 fn picture(camera: Camera, size: usize, value: impl Fn(f64, f64) -> f64) -> SphereImage {
     let mut pixels = vec![[0.0; 3]; size * size];
     for (i, pixel) in pixels.iter_mut().enumerate() {
-        if let Some(sight) = camera.pixel(size, i / size, i % size) {
-            let polar = sight.normal.dot(camera.towards()).min(1.0).acos();
-            let azimuth = sight
+        if let Some(point) = camera.pixel(size, i / size, i % size) {
+            let polar = point.normal.dot(camera.towards()).min(1.0).acos();
+            let azimuth = point
                 .normal
                 .dot(camera.up())
-                .atan2(sight.normal.dot(camera.right()));
+                .atan2(point.normal.dot(camera.right()));
             *pixel = [value(polar, azimuth); 3];
         }
     }

@@ -21,7 +21,7 @@ fn image(size: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> SphereImage {
         .map(|i| {
             camera
                 .pixel(size, i / size, i % size)
-                .map_or([0.0; 3], |sight| radiance(sight.normal))
+                .map_or([0.0; 3], |point| radiance(point.normal))
         })
         .collect();
     SphereImage::new(camera, size, pixels).unwrap()
@@ -117,8 +117,8 @@ fn two_opposite_images_are_the_whole_field() {
             .map(|index| {
                 camera
                     .pixel(size, index / size, index % size)
-                    .map_or([0.0; 3], |sight| {
-                        [1.0 + legendre4(sight.normal.dot(axis)); 3]
+                    .map_or([0.0; 3], |point| {
+                        [1.0 + legendre4(point.normal.dot(axis)); 3]
                     })
             })
             .collect();

@@ -3,7 +3,7 @@
 use lobes::glam::DVec3;
 use lobes::illumination::EnvironmentMap;
 use lobes::reflectance::{Material, Variant, Ward};
-use lobes::reflection::{Camera, Renderer, Settings, Sight};
+use lobes::reflection::{Camera, Renderer, Settings, ShadingPoint};
 use lobes::{Error, Parallelism};
 
 fn grey(height: usize) -> EnvironmentMap {
@@ -52,11 +52,11 @@ fn the_sphere_touches_the_border_and_is_seen_along_the_rays() {
             (-0.3, 0.6),
             (0.0, -0.99),
         ] {
-            let Sight { normal, view } = camera.point(x, y).unwrap();
+            let ShadingPoint { normal, view } = camera.point(x, y).unwrap();
             assert!((normal.length() - 1.0).abs() < 1e-15 && (view.length() - 1.0).abs() < 1e-15);
             let polar = normal.dot(camera.towards()).acos();
             let azimuth = normal.dot(camera.up()).atan2(normal.dot(camera.right()));
-            let again = camera.sight(polar, azimuth);
+            let again = camera.shading_point(polar, azimuth);
             assert!((again.view - view).length() < 1e-7, "{x} {y}");
             assert!((again.normal - normal).length() < 1e-7, "{x} {y}");
             assert!((y.atan2(x) - azimuth).abs() < 1e-6 || x.hypot(y) < 1e-9);
@@ -136,7 +136,7 @@ fn a_mirror_shows_the_map() {
     assert!(rendering.error < 1e-12);
     assert!(rendering.image.count() > 800);
     for (row, column, pixel) in rendering.image.iter() {
-        let Sight { normal, view } = camera.pixel(33, row, column).unwrap();
+        let ShadingPoint { normal, view } = camera.pixel(33, row, column).unwrap();
         let seen = map.radiance(2.0 * normal.dot(view) * normal - view);
         for channel in 0..3 {
             let expected = seen[channel] * mirror.specular()[channel];
@@ -166,8 +166,8 @@ fn in_a_furnace_each_pixel_is_the_albedo() {
                 )
                 .unwrap();
             for (row, column, pixel) in rendering.image.iter() {
-                let sight = level().pixel(16, row, column).unwrap();
-                let expected = 0.25 + 0.5 * lobe.albedo(sight.normal.dot(sight.view));
+                let point = level().pixel(16, row, column).unwrap();
+                let expected = 0.25 + 0.5 * lobe.albedo(point.normal.dot(point.view));
                 assert!(
                     (pixel[1] - expected).abs() < 2e-3 * expected,
                     "{variant} σ {sigma} ({row}, {column}): {} for {expected}",

@@ -5,7 +5,7 @@ use lobes::glam::DVec3;
 use lobes::harmonics::{Coefficients, evaluate};
 use lobes::illumination::EnvironmentMap;
 use lobes::reflectance::{Material, Variant};
-use lobes::reflection::{Camera, Operator, Renderer, Settings, Sight, Viewpoint, reference};
+use lobes::reflection::{Camera, Operator, Renderer, Settings, ShadingPoint, Viewpoint, reference};
 use lobes::sphere::{from_harmonic, to_harmonic};
 use lobes::{Error, Parallelism};
 use rand::{RngExt, SeedableRng};
@@ -45,13 +45,13 @@ fn band_limited_light_gives_what_the_operator_says() {
     let renderer = Renderer::new(&map, ONE).unwrap();
     let (rings, columns) = ([0.05, 0.4, 0.8, 1.2, 1.45], 12);
     // The camera is over the zenith, the harmonic frame's pole.
-    let sights: Vec<Sight> = rings
+    let points: Vec<ShadingPoint> = rings
         .iter()
         .flat_map(|ring: &f64| {
             (0..columns).map(move |column| {
                 let (sin, cos) = (std::f64::consts::TAU * column as f64 / columns as f64).sin_cos();
                 let normal = DVec3::new(ring.sin() * cos, ring.sin() * sin, ring.cos());
-                Sight {
+                ShadingPoint {
                     normal: from_harmonic(normal),
                     view: DVec3::Y,
                 }
@@ -65,17 +65,17 @@ fn band_limited_light_gives_what_the_operator_says() {
             let want = operator.forward(&light, 0.3, 0.6, columns).unwrap();
             let material = Material::from_albedos("m", [0.3; 3], [0.6; 3], sigma).unwrap();
             let (got, error) = renderer
-                .radiance(&material, variant, &sights, 1e-3, ONE)
+                .radiance(&material, variant, &points, 1e-3, ONE)
                 .unwrap();
             assert!(error <= 1e-3);
-            for ((got, want), sight) in got.iter().zip(&want).zip(&sights) {
+            for ((got, want), point) in got.iter().zip(&want).zip(&points) {
                 for (channel, share) in [1.0, 0.5, 2.0].into_iter().enumerate() {
                     // The map is bilinear between its pixels: up to (lh)²/12 = 3·10⁻⁴ of what is
                     // not constant.
                     let off = (got[channel] / (share * want) - 1.0).abs();
                     assert!(
                         off < 1.05e-3,
-                        "{variant} σ {sigma} {sight:?}: off by {off:e}"
+                        "{variant} σ {sigma} {point:?}: off by {off:e}"
                     );
                 }
             }
@@ -119,7 +119,7 @@ fn an_averaged_pixel_is_the_mean_of_the_reference_over_its_points() {
                 row * samples + index / samples,
                 column * samples + index % samples,
             );
-            if let Some(Sight { normal, view }) = camera.pixel(size * samples, row, column) {
+            if let Some(ShadingPoint { normal, view }) = camera.pixel(size * samples, row, column) {
                 let seen = reference(&map, &material, lobe, normal, view, 1e-5).unwrap();
                 for channel in 0..3 {
                     sum[channel] += seen.value[channel];
@@ -187,11 +187,11 @@ fn a_tolerance_that_is_not_met_says_how_close_it_came() {
     let renderer = Renderer::new(&map, ONE).unwrap();
     let material = Material::from_albedos("m", [0.0; 3], [1.0; 3], 0.1).unwrap();
     let camera = Camera::orthographic(DVec3::Z, DVec3::Y).unwrap();
-    let sights: Vec<Sight> = (0..3)
-        .map(|index| camera.sight(1.5706, f64::from(index)))
+    let points: Vec<ShadingPoint> = (0..3)
+        .map(|index| camera.shading_point(1.5706, f64::from(index)))
         .collect();
     let render =
-        |tolerance: f64| renderer.radiance(&material, Variant::Ward1992, &sights, tolerance, ONE);
+        |tolerance: f64| renderer.radiance(&material, Variant::Ward1992, &points, tolerance, ONE);
     let Err(Error::Tolerance { asked, reached, .. }) = render(1e-5) else {
         panic!("it was met");
     };

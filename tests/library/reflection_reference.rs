@@ -5,7 +5,7 @@ use lobes::Parallelism;
 use lobes::glam::DVec3;
 use lobes::illumination::EnvironmentMap;
 use lobes::reflectance::{Material, Variant, Ward};
-use lobes::reflection::{Camera, Renderer, Sight, reference};
+use lobes::reflection::{Camera, Renderer, ShadingPoint, reference};
 
 /// Waves, a checkerboard, and a sun of one pixel at 10⁵ times the mean.
 fn sunny(height: usize) -> EnvironmentMap {
@@ -22,8 +22,8 @@ fn sunny(height: usize) -> EnvironmentMap {
     EnvironmentMap::new("sunny", width, height, pixels).unwrap()
 }
 
-/// Sights all over the picture, the rim included.
-fn sights(count: usize) -> Vec<Sight> {
+/// Points all over the picture, the rim included.
+fn points(count: usize) -> Vec<ShadingPoint> {
     let camera = Camera::orthographic(DVec3::new(0.3, 0.2, 1.0), DVec3::Y).unwrap();
     (0..count)
         .map(|index| {
@@ -35,7 +35,7 @@ fn sights(count: usize) -> Vec<Sight> {
         .collect()
 }
 
-/// The worst error of a list in the renderer's sense, but for the `spared` worst sights.
+/// The worst error of a list in the renderer's sense, but for the `spared` worst points.
 fn error(got: &[[f64; 3]], want: &[[f64; 3]], spared: usize) -> f64 {
     let mean = |value: &[f64; 3]| value.iter().sum::<f64>() / 3.0;
     let picture = want.iter().map(mean).sum::<f64>() / want.len() as f64;
@@ -56,9 +56,9 @@ fn error(got: &[[f64; 3]], want: &[[f64; 3]], spared: usize) -> f64 {
 fn check(material: &Material, variant: Variant, tolerances: &[f64], spared: usize) {
     let map = sunny(16);
     let renderer = Renderer::new(&map, Parallelism::Sequential).unwrap();
-    let sights = sights(16);
-    let want = Parallelism::Rayon.map(sights.len(), |index| {
-        let Sight { normal, view } = sights[index];
+    let points = points(16);
+    let want = Parallelism::Rayon.map(points.len(), |index| {
+        let ShadingPoint { normal, view } = points[index];
         reference(&map, material, variant, normal, view, 1e-6)
             .unwrap()
             .value
@@ -68,7 +68,7 @@ fn check(material: &Material, variant: Variant, tolerances: &[f64], spared: usiz
             .radiance(
                 material,
                 variant,
-                &sights,
+                &points,
                 tolerance,
                 Parallelism::Sequential,
             )
@@ -95,14 +95,14 @@ fn wide_lobes_keep_the_tolerance_under_a_sun() {
     for sigma in [0.05, 0.1, 0.4] {
         let material = Material::from_albedos("m", [0.0; 3], [1.0, 0.9, 0.8], sigma).unwrap();
         for variant in Variant::ALL {
-            // The horizon cuts the sun itself for one sight in hundreds on a map of 256 rows, and
+            // The horizon cuts the sun itself for one point in hundreds on a map of 256 rows, and
             // for one in sixteen here: what the tolerance spares.
             check(&material, variant, &[1e-2, 1e-3], 1);
         }
     }
 }
 
-/// Sights under rough light that two coarser sums agreed on, or a softened horizon, with errors of
+/// Points under rough light that two coarser sums agreed on, or a softened horizon, with errors of
 /// 2.5 to 9 times what they were taken for. They were found by `examples/renderer_accuracy.rs
 /// --itself` in such a renderer.
 #[test]
@@ -147,9 +147,9 @@ fn rough_light_at_the_horizon_keeps_the_tolerance() {
         let renderer = Renderer::new(map, Parallelism::Rayon).unwrap();
         let material = Material::from_albedos("m", [0.0; 3], [0.85, 0.8, 0.7], sigma).unwrap();
         let normal = DVec3::from_array(normal).normalize();
-        let sight = Sight { normal, view };
+        let point = ShadingPoint { normal, view };
         let (got, estimate) = renderer
-            .radiance(&material, variant, &[sight], 1e-3, Parallelism::Sequential)
+            .radiance(&material, variant, &[point], 1e-3, Parallelism::Sequential)
             .unwrap();
         let want = reference(map, &material, variant, normal, view, 1e-5).unwrap();
         let error = error(&got, &[want.value], 0);

@@ -57,8 +57,8 @@ fn dataset(count: usize, exposure: f64) -> Dataset<Reading> {
             let size = 48;
             let mut pixels = vec![[0.0; 3]; size * size];
             for (i, pixel) in pixels.iter_mut().enumerate() {
-                if let Some(sight) = camera.pixel(size, i / size, i % size) {
-                    let n = sight.normal;
+                if let Some(point) = camera.pixel(size, i / size, i % size) {
+                    let n = point.normal;
                     let mirrored = (2.0 * n.z * n - DVec3::Z).normalize();
                     let value = if material == 1 {
                         evaluate(&light, mirrored).unwrap()

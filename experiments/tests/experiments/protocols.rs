@@ -34,8 +34,8 @@ fn pictures(size: usize) -> [SphereImage; 2] {
     let image = |turn: &dyn Fn(DVec3) -> DVec3| {
         let pixels = (0..size * size)
             .map(|i| {
-                let sight = camera.pixel(size, i / size, i % size);
-                sight.map_or([0.0; 3], |sight| radiance(turn(sight.normal)))
+                let point = camera.pixel(size, i / size, i % size);
+                point.map_or([0.0; 3], |point| radiance(turn(point.normal)))
             })
             .collect();
         SphereImage::new(camera, size, pixels).unwrap()

@@ -4,13 +4,14 @@ use fearless_simd::{dispatch, prelude::*};
 use glam::DVec3;
 
 use super::descent::Workspace;
-use super::lobe::{FunctionLobe, LambertLobe, Lobe, to_map};
+use super::lobe::{FunctionLobe, LambertLobe, Lobe};
 use super::opening::LEBESGUE;
 use super::tree::LightTree;
 use super::ward_lobe::WardLobe;
 use crate::reflectance::{Material, Variant, Ward};
-use crate::reflection::Sight;
+use crate::reflection::ShadingPoint;
 use crate::reflection::renderer::check_unit;
+use crate::sphere::to_map;
 use crate::{Error, Parallelism, Result};
 
 /// A radiance and what its error does not pass.
@@ -35,7 +36,7 @@ struct Goal {
     spent: f64,
 }
 
-/// What the last sight took: where the next begins. It changes how long an answer takes, never
+/// What the last point took: where the next begins. It changes how long an answer takes, never
 /// whether its bound holds.
 #[derive(Debug, Clone, Copy)]
 struct Pace {
@@ -45,7 +46,7 @@ struct Pace {
     share: f64,
 }
 
-/// Sights that share a pace: always the same, so that answers do not depend on the number of
+/// Points that share a pace: always the same, so that answers do not depend on the number of
 /// threads.
 const BLOCK: usize = 64;
 
@@ -62,7 +63,7 @@ const WEIGHTS: f64 = 1e-13;
 const FLOOR: f64 = 0.01;
 
 impl LightTree {
-    /// The radiance that each sight sees, with an error of at most `tolerance` times the mean of
+    /// The radiance that each point sees, with an error of at most `tolerance` times the mean of
     /// its channels, or times a hundredth of what a white surface would show under the map's mean
     /// radiance, if that is larger. A view below the horizon sees black.
     ///
@@ -79,26 +80,26 @@ impl LightTree {
         &self,
         material: &Material,
         variant: Variant,
-        sights: &[Sight],
+        points: &[ShadingPoint],
         tolerance: f64,
         parallelism: Parallelism,
     ) -> Result<Vec<Bounded>> {
         check_tolerance(tolerance)?;
-        for sight in sights {
-            check_unit(sight.normal)?;
-            check_unit(sight.view)?;
+        for point in points {
+            check_unit(point.normal)?;
+            check_unit(point.view)?;
         }
         let ward = material.lobe(variant);
-        let blocks = parallelism.map(sights.len().div_ceil(BLOCK), |block| {
+        let blocks = parallelism.map(points.len().div_ceil(BLOCK), |block| {
             let mut work = Workspace::default();
             let mut paces = [Pace::new(self); 2];
-            sights[block * BLOCK..((block + 1) * BLOCK).min(sights.len())]
+            points[block * BLOCK..((block + 1) * BLOCK).min(points.len())]
                 .iter()
-                .map(|sight| {
-                    self.sight(
+                .map(|point| {
+                    self.point(
                         material,
                         ward.as_ref(),
-                        sight,
+                        point,
                         tolerance,
                         &mut paces,
                         &mut work,
@@ -168,18 +169,18 @@ impl LightTree {
         FLOOR * albedo * mean(&self.total) / (4.0 * std::f64::consts::PI)
     }
 
-    fn sight(
+    fn point(
         &self,
         material: &Material,
         ward: Option<&Ward>,
-        sight: &Sight,
+        point: &ShadingPoint,
         tolerance: f64,
         paces: &mut [Pace; 2],
         work: &mut Workspace,
     ) -> Result<Bounded> {
         let (normal, view) = (
-            to_map(sight.normal).normalize(),
-            to_map(sight.view).normalize(),
+            to_map(point.normal).normalize(),
+            to_map(point.view).normalize(),
         );
         let cosine = normal.dot(view);
         let mut sum = Bounded::default();

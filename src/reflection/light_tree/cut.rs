@@ -103,8 +103,8 @@ impl<S: Simd> CutCells<S> {
         let sin = (x * x + y * y).sqrt();
         let recip = splat(1.0) / sin.max(splat(1e-300));
         let (cos_turn, sin_turn) = (x * recip, y * recip);
-        let (sin_down, cos_down) = super::lanes::small_sin_cos(simd, down);
-        let (sin_along, cos_along) = super::lanes::small_sin_cos(simd, along);
+        let (sin_down, cos_down) = super::small_angles::small_sin_cos(simd, down);
+        let (sin_along, cos_along) = super::small_angles::small_sin_cos(simd, along);
         // (up, before), (up, after), (down, before), (down, after).
         let mut values = [splat(0.0); 4];
         for (index, value) in values.iter_mut().enumerate() {

@@ -3,11 +3,11 @@
 use fearless_simd::{f64x8, prelude::*};
 
 use super::cut::{self, CutCells};
-use super::lanes::small_sin_cos;
 use super::lobe::{Lobe, dot};
 use super::neighbourhood::Neighbourhood;
 use super::opening::{Patches, bilinear, gauss, interpolation};
 use super::parts::Part;
+use super::small_angles::small_sin_cos;
 use super::tree::{LightTree, NODES, POINTS};
 
 /// So many parts of cells are not divided further: a descent that comes to them has failed.
@@ -292,7 +292,8 @@ impl LightTree {
         }
     }
 
-    /// The sum over what was accepted; and of a doubted lobe the least value above the horizon, or 0.
+    /// The sum over what was accepted; and of an untrusted lobe the least value above the horizon, or
+    /// 0.
     #[inline(always)]
     pub(super) fn sum<S: Simd, L: Lobe>(
         &self,
@@ -316,7 +317,7 @@ impl LightTree {
                 let sin = load(&sin[range.clone()]);
                 let light = [sin * cos_turn, sin * sin_turn, load(&cos[range.clone()])];
                 let value = lobe.value(simd, light);
-                if L::DOUBTED {
+                if L::UNTRUSTED {
                     least = least.min(above_the_horizon(simd, lobe, light, value));
                 }
                 for (sum, weights) in sums.iter_mut().zip(weights) {
@@ -378,7 +379,7 @@ impl LightTree {
             for (&[sin_turn, cos_turn, x], &(_, weight)) in turns.iter().zip(rule) {
                 let direction = [sine * cos_turn, sine * sin_turn, cosine];
                 let value = lobe.value(simd, direction);
-                if L::DOUBTED {
+                if L::UNTRUSTED {
                     *least = least.min(above_the_horizon(simd, lobe, direction, value));
                 }
                 let value = value * area * weight;

@@ -6,6 +6,7 @@ use fearless_simd::{f64x8, prelude::*};
 use glam::DVec3;
 
 use super::neighbourhood::Neighbourhood;
+use crate::sphere::{from_map, to_map};
 
 /// A lobe times the light's cosine, at one normal and one view, as a function of the light.
 ///
@@ -13,7 +14,7 @@ use super::neighbourhood::Neighbourhood;
 /// it. Directions are unit vectors of the map's frame.
 pub(crate) trait Lobe: Sync {
     /// Whether its values have to be looked at: they come from a caller.
-    const DOUBTED: bool = false;
+    const UNTRUSTED: bool = false;
 
     /// The normal.
     fn normal(&self) -> DVec3;
@@ -142,7 +143,7 @@ where
         let values: [f64; 8] = std::array::from_fn(|lane| {
             f(
                 lane,
-                to_world(DVec3::new(parts[0][lane], parts[1][lane], parts[2][lane])),
+                from_map(DVec3::new(parts[0][lane], parts[1][lane], parts[2][lane])),
             )
         });
         f64x8::from_slice(simd, &values)
@@ -171,7 +172,7 @@ where
     V: Fn(DVec3) -> f64 + Sync,
     B: Fn(DVec3, f64, f64) -> f64 + Sync,
 {
-    const DOUBTED: bool = true;
+    const UNTRUSTED: bool = true;
 
     fn normal(&self) -> DVec3 {
         to_map(self.normal)
@@ -207,14 +208,4 @@ where
     fn rounding(&self) -> f64 {
         1e-13
     }
-}
-
-/// A vector of the world in the map's frame: (sin θ cos ψ, sin θ sin ψ, cos θ), with ψ growing with
-/// the map's columns. It is the world's frame up to a mirroring, which no scalar product sees.
-pub(super) fn to_map(world: DVec3) -> DVec3 {
-    DVec3::new(world.z, -world.x, world.y)
-}
-
-fn to_world(map: DVec3) -> DVec3 {
-    DVec3::new(-map.y, map.z, map.x)
 }

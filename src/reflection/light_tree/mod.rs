@@ -4,11 +4,11 @@
 mod answer;
 mod cut;
 mod descent;
-mod lanes;
 mod lobe;
 mod neighbourhood;
 mod opening;
 mod parts;
+mod small_angles;
 mod tree;
 mod ward_lobe;
 

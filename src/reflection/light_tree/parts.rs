@@ -2,8 +2,8 @@
 
 use fearless_simd::{f64x8, prelude::*};
 
-use super::lanes::small_sin_cos;
 use super::opening::Patches;
+use super::small_angles::small_sin_cos;
 use super::tree::LightTree;
 
 /// A part of a cell: the row and the column of the cell, where its middle is from −1 to 1, and half

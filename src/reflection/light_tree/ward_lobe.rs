@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use fearless_simd::{f64x8, prelude::*};
 use glam::DVec3;
 
-use super::lanes::exponential;
 use super::lobe::{Lobe, dot};
 use super::neighbourhood::Neighbourhood;
+use crate::numeric::exponential::exponential;
 use crate::reflectance::Ward;
 
 /// One of Ward's lobes.
@@ -115,7 +115,7 @@ impl WardLobe {
     ) -> f64x8<S> {
         let splat = |value| f64x8::splat(simd, value);
         let exponent = exponent * splat(1.0 / (self.sigma * self.sigma));
-        let gaussian = exponential(simd, exponent.min(splat(700.0))) * splat(self.scale);
+        let gaussian = exponential::<S, 10>(simd, exponent.min(splat(700.0))) * splat(self.scale);
         let recip = splat(1.0) / up;
         // 1 + t² is 2 (1 + v·i) over the square of the height.
         let stretch = stretch.min((away + splat(2.0)) * splat(2.0) * recip * recip);
@@ -135,7 +135,7 @@ impl Lobe for WardLobe {
         let splat = |value| f64x8::splat(simd, value);
         let (height, recip, square) = self.half(simd, light);
         let sharpness = -1.0 / (self.sigma * self.sigma);
-        let gaussian = exponential(simd, square * splat(sharpness)) * splat(self.scale);
+        let gaussian = exponential::<S, 10>(simd, square * splat(sharpness)) * splat(self.scale);
         let cosine = if self.has_a_root() {
             height.max(splat(0.0))
         } else {

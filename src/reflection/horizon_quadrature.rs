@@ -27,7 +27,7 @@ const LANES: usize = 16;
 const LONGEST: f64 = 2.8;
 
 /// The longest part, in rows of the map, so that a node in its middle is 0.7 rows from the next:
-/// with 8 rows one sight in a thousand of those within 24° of grazing passed a tolerance of 10⁻³ at
+/// with 8 rows one point in a thousand of those within 24° of grazing passed a tolerance of 10⁻³ at
 /// σ = 0.03, by up to 5 times, and no time was saved.
 const PIXELS: f64 = 4.0;
 
@@ -43,7 +43,7 @@ const STEP: f64 = 1.2;
 
 /// The map, ready for being looked up: with a row beyond each pole and a column beyond each end.
 #[derive(Debug)]
-pub(super) struct Strip {
+pub(super) struct HorizonQuadrature {
     /// The angle between rows.
     step: f64,
     /// Pixels of a row, the two beyond its ends included; the first is that at ψ = −π − ½ step.
@@ -53,7 +53,7 @@ pub(super) struct Strip {
     rule: Rule,
 }
 
-impl Strip {
+impl HorizonQuadrature {
     /// A map of `width` columns.
     pub(super) fn new(map: &[[f64; 3]], width: usize) -> Self {
         let height = map.len() / width;
@@ -367,13 +367,13 @@ mod tests {
     #[test]
     fn looked_up_is_the_map() {
         use crate::illumination::EnvironmentMap;
-        use crate::reflection::kernel::to_map;
+        use crate::sphere::to_map;
         use rand::{RngExt, SeedableRng};
         let mut random = rand_pcg::Pcg64::seed_from_u64(3);
         let pixels: Vec<[f64; 3]> = (0..32 * 16)
             .map(|_| std::array::from_fn(|_| random.random()))
             .collect();
-        let strip = Strip::new(&pixels, 32);
+        let strip = HorizonQuadrature::new(&pixels, 32);
         let map = EnvironmentMap::new("noise", 32, 16, pixels).expect("the map is well formed");
         for index in 0..2000 {
             let mut unit = || random.random::<f64>() - 0.5;

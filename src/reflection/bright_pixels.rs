@@ -10,23 +10,23 @@ use fearless_simd::{f64x8, prelude::*};
 use glam::DVec3;
 
 use super::hat::{Hat, halves};
-use super::kernel::{LobeAt, PointLobe, to_map};
+use super::kernel::{LobeAt, PointLobe};
 use crate::illumination::EnvironmentMap;
-use crate::sphere::Rule;
+use crate::sphere::{Rule, to_map};
 
-/// A pixel is a lamp if it holds more than this share of all light.
+/// A pixel is bright if it holds more than this share of all light.
 const SHARE: f64 = 5e-4;
 
-/// At most so many lamps.
-const LAMPS: usize = 64;
+/// At most so many bright pixels.
+const MOST: usize = 64;
 
 /// Points each way of the rules on a hat, and the largest size of a pixel, over the width of a
 /// lobe, that they do for.
 const RULES: [(usize, f64); 4] = [(2, 0.2), (4, 0.5), (8, 1.5), (16, f64::INFINITY)];
 
-/// A lamp.
+/// A bright pixel.
 #[derive(Debug)]
-struct Lamp {
+struct BrightPixel {
     axis: DVec3,
     /// The angles of its middle.
     theta: f64,
@@ -34,7 +34,7 @@ struct Lamp {
     light: [f64; 3],
 }
 
-/// The points of all lamps, lamp after lamp.
+/// The points of all bright pixels, one pixel after the other.
 #[derive(Debug)]
 struct Points {
     /// Points each way.
@@ -50,22 +50,22 @@ struct Points {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Light {
     All,
-    WithoutLamps,
+    WithoutBrightPixels,
 }
 
-/// The lamps of a map.
+/// The bright pixels of a map.
 #[derive(Debug)]
-pub(super) struct Lamps {
+pub(super) struct BrightPixels {
     /// The angle between the map's rows.
     step: f64,
-    lamps: Vec<Lamp>,
+    pixels: Vec<BrightPixel>,
     points: Vec<Points>,
     /// Gauss's rules for a part of a hat: for wide lobes and for narrow ones.
     gauss: [Rule; 2],
 }
 
-impl Lamps {
-    /// The lamps of a map, and the map's pixels without them.
+impl BrightPixels {
+    /// The bright pixels of a map, and the map's pixels without them.
     pub(super) fn take(map: &EnvironmentMap) -> (Self, Vec<[f64; 3]>) {
         let (width, height) = (map.width(), map.height());
         let step = PI / height as f64;
@@ -79,10 +79,10 @@ impl Lamps {
             .filter(|&index| (1..height - 1).contains(&(index / width)))
             .collect();
         bright.sort_by(|&a, &b| mass(b).total_cmp(&mass(a)).then(a.cmp(&b)));
-        bright.truncate(LAMPS);
-        let lamps: Vec<Lamp> = bright
+        bright.truncate(MOST);
+        let taken: Vec<BrightPixel> = bright
             .iter()
-            .map(|&index| Lamp {
+            .map(|&index| BrightPixel {
                 axis: to_map(map.direction(index / width, index % width)),
                 theta: step * ((index / width) as f64 + 0.5),
                 psi: step * ((index % width) as f64 + 0.5),
@@ -100,17 +100,17 @@ impl Lamps {
                     z: Vec::new(),
                     light: Default::default(),
                 };
-                for lamp in &lamps {
+                for pixel in &taken {
                     for &(down, down_weight) in &rule {
                         for &(along, along_weight) in &rule {
-                            let theta = lamp.theta + down * step;
-                            let at = direction(theta, lamp.psi + along * step);
+                            let theta = pixel.theta + down * step;
+                            let at = direction(theta, pixel.psi + along * step);
                             points.x.push(at.x);
                             points.y.push(at.y);
                             points.z.push(at.z);
                             let weight = step * step * down_weight * along_weight * theta.sin();
                             for channel in 0..3 {
-                                points.light[channel].push(weight * lamp.light[channel]);
+                                points.light[channel].push(weight * pixel.light[channel]);
                             }
                         }
                     }
@@ -128,23 +128,25 @@ impl Lamps {
                 points
             })
             .collect();
-        let lamps = Self {
+        let taken = Self {
             step,
-            lamps,
+            pixels: taken,
             points,
             gauss: [3, 8].map(|nodes| Rule::gauss_legendre(nodes).expect("few nodes are allowed")),
         };
-        (lamps, pixels)
+        (taken, pixels)
     }
 
-    /// Whether any lamp's hat is nearer than `reach` to `centre`.
+    /// Whether the hat of any bright pixel is nearer than `reach` to `centre`.
     pub(super) fn any(&self, centre: DVec3, reach: f64) -> bool {
         let far = (reach + 1.5 * self.step).min(PI).cos();
-        self.lamps.iter().any(|lamp| lamp.axis.dot(centre) >= far)
+        self.pixels
+            .iter()
+            .any(|pixel| pixel.axis.dot(centre) >= far)
     }
 
-    /// ∫ K L dω over the lamps for a lobe K that is `narrow` wide and nothing farther than `reach`
-    /// from `centre`, to about 10⁻³, or with a finer rule by `more`.
+    /// ∫ K L dω over the bright pixels for a lobe K that is `narrow` wide and nothing farther than
+    /// `reach` from `centre`, to about 10⁻³, or with a finer rule by `more`.
     #[inline(always)]
     pub(super) fn integrate<S: Simd>(
         &self,
@@ -155,7 +157,7 @@ impl Lamps {
         narrow: f64,
         more: usize,
     ) -> [f64; 3] {
-        if self.lamps.is_empty() {
+        if self.pixels.is_empty() {
             return [0.0; 3];
         }
         let size = self.step / narrow;
@@ -171,15 +173,15 @@ impl Lamps {
         let point_lobe = PointLobe::new(simd, lobe);
         let mut sums = [f64x8::splat(simd, 0.0); 3];
         let mut total = [0.0; 3];
-        // As many lamps as make a whole block, or the blocks of one lamp.
+        // As many pixels as make a whole block, or the blocks of one pixel.
         let group = (8 / each).max(1);
         let blocks = (group * each) / 8;
-        for (index, lamps) in self.lamps.chunks(group).enumerate() {
+        for (index, taken) in self.pixels.chunks(group).enumerate() {
             let mut seen = false;
             let mut cut = false;
-            for lamp in lamps {
-                let height = lobe.normal.dot(lamp.axis);
-                if height > -near && lamp.axis.dot(centre) >= far {
+            for pixel in taken {
+                let height = lobe.normal.dot(pixel.axis);
+                if height > -near && pixel.axis.dot(centre) >= far {
                     seen = true;
                     cut |= height < near;
                 }
@@ -188,12 +190,12 @@ impl Lamps {
                 continue;
             }
             if cut {
-                for lamp in lamps {
-                    let hat = Hat::new(self.step, lamp.theta, lamp.psi);
+                for pixel in taken {
+                    let hat = Hat::new(self.step, pixel.theta, pixel.psi);
                     let value =
                         hat.above_the_horizon(lobe.normal, gauss, |light| lobe.value(light));
                     for channel in 0..3 {
-                        total[channel] += value * lamp.light[channel];
+                        total[channel] += value * pixel.light[channel];
                     }
                 }
                 continue;
