@@ -54,10 +54,33 @@ pub(crate) const fn column_start(degree: usize, m: usize) -> usize {
 /// # Ok::<(), lobes::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "Stored")
+)]
 pub struct Coefficients {
     degree: usize,
     orders: usize,
     values: Vec<f64>,
+}
+
+/// Coefficients as files have them, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Stored {
+    degree: usize,
+    orders: usize,
+    values: Vec<f64>,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Stored> for Coefficients {
+    type Error = Error;
+
+    fn try_from(stored: Stored) -> Result<Self> {
+        Self::from_vec(stored.degree, stored.orders, stored.values)
+    }
 }
 
 impl Coefficients {
@@ -233,10 +256,30 @@ impl Coefficients {
     /// The same function cut or padded with zeros to another degree, with all orders that it has.
     ///
     /// # Panics
-    /// Where there is no memory for the other degree.
+    /// Where there is no memory for the other degree: [`try_with_degree`](Self::try_with_degree)
+    /// says so in an error.
     #[must_use]
     pub fn with_degree(&self, degree: usize) -> Self {
-        let mut other = Self::zeros_with_orders(degree, self.orders);
+        match self.try_with_degree(degree) {
+            Ok(other) => other,
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    /// [`with_degree`](Self::with_degree), for a degree that comes from outside.
+    ///
+    /// ```
+    /// use lobes::{Error, harmonics::Coefficients};
+    /// let f = Coefficients::from_vec(0, 0, vec![2.0])?;
+    /// assert_eq!(f.try_with_degree(1)?.as_slice(), [2.0, 0.0]);
+    /// assert!(matches!(f.try_with_degree(usize::MAX), Err(Error::Memory { .. })));
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Memory`] where there is none for the other degree.
+    pub fn try_with_degree(&self, degree: usize) -> Result<Self> {
+        let mut other = Self::try_zeros(degree, self.orders)?;
         for m in 0..=other.orders {
             let count = (degree.min(self.degree) + 1).saturating_sub(m);
             other.cosine_mut(m)[..count].copy_from_slice(&self.cosine(m)[..count]);
@@ -244,7 +287,7 @@ impl Coefficients {
                 other.sine_mut(m)[..count].copy_from_slice(&self.sine(m)[..count]);
             }
         }
-        other
+        Ok(other)
     }
 
     /// Σ f_lm² = ∫ f² dω (Parseval); infinite where it passes the largest number, as from

@@ -118,10 +118,22 @@ impl EnvironmentMap {
     ///
     /// # Panics
     ///
-    /// When the row or the column is outside the map.
+    /// When the row or the column is outside the map: [`get`](Self::get) says so.
     pub fn pixel(&self, row: usize, column: usize) -> [f64; 3] {
         assert!(column < self.width, "column {column} of {}", self.width);
         self.pixels[row * self.width + column]
+    }
+
+    /// [`pixel`](Self::pixel), or nothing where the row or the column is outside the map.
+    ///
+    /// ```
+    /// # let map = lobes::illumination::EnvironmentMap::new("grey", 8, 4, vec![[1.0; 3]; 32])?;
+    /// assert_eq!(map.get(3, 7), Some([1.0; 3]));
+    /// assert_eq!((map.get(3, 8), map.get(4, 0)), (None, None));
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    pub fn get(&self, row: usize, column: usize) -> Option<[f64; 3]> {
+        (row < self.height && column < self.width).then(|| self.pixel(row, column))
     }
 
     /// The world direction of the centre of a pixel.

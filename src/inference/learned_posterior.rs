@@ -221,9 +221,15 @@ impl LearnedPosterior {
     /// What a sample shows.
     ///
     /// # Panics
-    /// Unless the sample is one of those that were learned from.
+    /// Unless the sample is one of those that were learned from: [`get_truth`](Self::get_truth) says
+    /// so.
     pub fn truth(&self, sample: usize) -> Reflectance {
         self.truths[sample]
+    }
+
+    /// [`truth`](Self::truth), or nothing for a sample that was not learned from.
+    pub fn get_truth(&self, sample: usize) -> Option<Reflectance> {
+        self.truths.get(sample).copied()
     }
 
     /// Learns from the illuminations that are seen, with a weight of the likelihood.

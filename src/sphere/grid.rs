@@ -175,9 +175,23 @@ impl Grid {
     /// θ of a ring, in radians from the north pole.
     ///
     /// # Panics
-    /// Unless `ring` is below [`rings`](Grid::rings).
+    /// Unless `ring` is below [`rings`](Grid::rings): [`get_colatitude`](Self::get_colatitude) says
+    /// so.
     pub fn colatitude(&self, ring: usize) -> f64 {
         self.rule.sines[ring].atan2(self.rule.nodes[ring])
+    }
+
+    /// [`colatitude`](Self::colatitude), or nothing where there is no such ring.
+    ///
+    /// ```
+    /// # use lobes::sphere::Grid;
+    /// let grid = Grid::clenshaw_curtis(3, 4)?;
+    /// assert_eq!(grid.get_colatitude(0), Some(0.0));
+    /// assert_eq!(grid.get_colatitude(3), None);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    pub fn get_colatitude(&self, ring: usize) -> Option<f64> {
+        (ring < self.rings()).then(|| self.colatitude(ring))
     }
 
     /// cos θ of each ring, north to south.
@@ -204,7 +218,8 @@ impl Grid {
     /// number is one.
     ///
     /// # Panics
-    /// Unless `ring` is below [`rings`](Grid::rings).
+    /// Unless `ring` is below [`rings`](Grid::rings): [`get_direction`](Self::get_direction) says
+    /// so.
     pub fn direction(&self, ring: usize, column: usize) -> glam::DVec3 {
         let column = column % self.columns;
         let (sin, cos) = self.first_azimuth.sin_cos();
@@ -219,12 +234,39 @@ impl Grid {
         )
     }
 
+    /// [`direction`](Self::direction), or nothing where there is no such ring.
+    ///
+    /// ```
+    /// # use lobes::{glam::DVec3, sphere::Grid};
+    /// let grid = Grid::clenshaw_curtis(3, 4)?;
+    /// assert_eq!(grid.get_direction(0, 0), Some(DVec3::Z));
+    /// assert_eq!(grid.get_direction(3, 0), None);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    pub fn get_direction(&self, ring: usize, column: usize) -> Option<glam::DVec3> {
+        (ring < self.rings()).then(|| self.direction(ring, column))
+    }
+
     /// The quadrature weight of each point of a ring, in steradians: over the grid they sum to 4π.
     ///
     /// # Panics
-    /// Unless `ring` is below [`rings`](Grid::rings).
+    /// Unless `ring` is below [`rings`](Grid::rings): [`get_ring_weight`](Self::get_ring_weight)
+    /// says so.
     pub fn ring_weight(&self, ring: usize) -> f64 {
         self.rule.weights[ring] * (2.0 * PI / self.columns as f64)
+    }
+
+    /// [`ring_weight`](Self::ring_weight), or nothing where there is no such ring.
+    ///
+    /// ```
+    /// # use lobes::sphere::Grid;
+    /// let grid = Grid::gauss_legendre(1, 4)?;
+    /// assert!((grid.get_ring_weight(0).unwrap() - std::f64::consts::PI).abs() < 1e-15);
+    /// assert_eq!(grid.get_ring_weight(1), None);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    pub fn get_ring_weight(&self, ring: usize) -> Option<f64> {
+        (ring < self.rings()).then(|| self.ring_weight(ring))
     }
 
     /// The largest degree whose harmonics, all orders, are recovered exactly from samples on this
