@@ -37,6 +37,7 @@ mod error;
 mod named;
 mod numeric;
 mod parallelism;
+mod serialisation;
 mod vectors;
 
 pub use cancellation::Cancellation;

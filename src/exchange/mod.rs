@@ -17,6 +17,7 @@ pub use note::{Loss, Note};
 
 use crate::named;
 use crate::reflectance::Material;
+use crate::serialisation::by_name;
 use crate::{Error, Result};
 
 /// A way in which other programs write materials.
@@ -75,6 +76,7 @@ impl Format {
 }
 
 named!(Format, "format of materials");
+by_name!(Format);
 
 /// What a text held.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,7 @@
 //! What stands on the half of the sphere of normals that one image does not show.
 
 use crate::named;
+use crate::serialisation::by_name;
 
 /// What stands on the half of the sphere of normals that one image does not show.
 ///
@@ -60,3 +61,4 @@ impl Continuation {
 }
 
 named!(Continuation, "continuation");
+by_name!(Continuation);

@@ -24,6 +24,11 @@ use crate::{Error, Parallelism, Result};
 /// # Ok::<(), lobes::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "StoredLaw")
+)]
 pub struct PowerLaw {
     /// The factor k, in the unit of the power.
     pub k: f64,
@@ -33,6 +38,56 @@ pub struct PowerLaw {
     pub eta_error: f64,
     /// The standard error of ln k.
     pub ln_k_error: f64,
+}
+
+/// A law as files have it, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct StoredLaw {
+    k: f64,
+    eta: f64,
+    eta_error: f64,
+    ln_k_error: f64,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<StoredLaw> for PowerLaw {
+    type Error = Error;
+
+    fn try_from(stored: StoredLaw) -> Result<Self> {
+        let StoredLaw {
+            k,
+            eta,
+            eta_error,
+            ln_k_error,
+        } = stored;
+        let domain = |what, value, allowed| Error::Domain {
+            what,
+            value,
+            allowed,
+        };
+        if !(k > 0.0) {
+            return Err(domain("the factor k of a power law", k, "above 0"));
+        }
+        if eta.is_nan() {
+            return Err(domain("the exponent η of a power law", eta, "a number"));
+        }
+        for error in [eta_error, ln_k_error] {
+            if !(error >= 0.0) {
+                return Err(domain(
+                    "a standard error of a power law",
+                    error,
+                    "at least 0",
+                ));
+            }
+        }
+        Ok(Self {
+            k,
+            eta,
+            eta_error,
+            ln_k_error,
+        })
+    }
 }
 
 impl PowerLaw {
@@ -95,6 +150,11 @@ impl PowerLaw {
 /// [`etas`](Self::etas) says whether it falls alike, [`coherence`](Self::coherence) whether it is
 /// the same pattern.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "StoredSpectrum")
+)]
 pub struct LightSpectrum {
     /// B_l of the luminance (Rec. 709), l = 0 … degree.
     pub luminance: Vec<f64>,
@@ -112,6 +172,56 @@ pub struct LightSpectrum {
     /// clipped, as a camera with too small a range would; nothing where what is left is uniform or
     /// black.
     pub clipped_eta: Option<f64>,
+}
+
+/// A spectrum as files have it, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct StoredSpectrum {
+    luminance: Vec<f64>,
+    channels: [Vec<f64>; 3],
+    law: PowerLaw,
+    etas: [Option<f64>; 3],
+    coherence: Option<f64>,
+    clipped_eta: Option<f64>,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<StoredSpectrum> for LightSpectrum {
+    type Error = Error;
+
+    fn try_from(stored: StoredSpectrum) -> Result<Self> {
+        let count = stored.luminance.len();
+        for power in stored.channels.iter().chain([&stored.luminance]) {
+            crate::error::check_length("a channel's power spectrum", count, power.len())?;
+            crate::error::check_finite("a power spectrum", power)?;
+            if let Some(&value) = power.iter().find(|value| **value < 0.0) {
+                return Err(Error::Domain {
+                    what: "a power of a spectrum",
+                    value,
+                    allowed: "at least 0",
+                });
+            }
+        }
+        // What rounds to a correlation of 1 may pass it.
+        if let Some(value) = stored.coherence
+            && !(value.abs() <= 1.0 + 1e-9)
+        {
+            return Err(Error::Domain {
+                what: "the coherence of a spectrum",
+                value,
+                allowed: "between −1 and 1",
+            });
+        }
+        Ok(Self {
+            luminance: stored.luminance,
+            channels: stored.channels,
+            law: stored.law,
+            etas: stored.etas,
+            coherence: stored.coherence,
+            clipped_eta: stored.clipped_eta,
+        })
+    }
 }
 
 /// The power, as a share of that of degree 0, below which it is rounding: amplitudes of 10⁻¹³.

@@ -12,11 +12,38 @@ use crate::{Error, Parallelism, Result};
 
 /// From where spheres are seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "StoredView")
+)]
 pub struct View {
     /// The camera's height above the horizon, radians.
     pub elevation: f64,
     /// How far it is.
     pub viewpoint: Viewpoint,
+}
+
+/// A view as files have it, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct StoredView {
+    elevation: f64,
+    viewpoint: Viewpoint,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<StoredView> for View {
+    type Error = Error;
+
+    fn try_from(stored: StoredView) -> Result<Self> {
+        let view = Self {
+            elevation: stored.elevation,
+            viewpoint: stored.viewpoint,
+        };
+        view.camera(0.0)?;
+        Ok(view)
+    }
 }
 
 impl View {
@@ -53,6 +80,7 @@ impl View {
 
 /// One image, or what was read off it, with what is known of it.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Observation<T = SphereImage> {
     /// The index of its material.
     pub material: usize,
@@ -66,6 +94,11 @@ pub struct Observation<T = SphereImage> {
 
 /// Images of spheres, or what was read off them, with their materials and illuminations.
 #[derive(Debug, Clone)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "StoredDataset<T>")
+)]
 pub struct Dataset<T = SphereImage> {
     /// The materials' names.
     pub materials: Vec<String>,
@@ -77,6 +110,62 @@ pub struct Dataset<T = SphereImage> {
     pub observations: Vec<Observation<T>>,
     /// The largest error that the renderer reported, relative.
     pub render_error: f64,
+}
+
+/// A data set as files have it, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct StoredDataset<T> {
+    materials: Vec<String>,
+    illuminations: Vec<String>,
+    scenes: Scenes,
+    observations: Vec<Observation<T>>,
+    render_error: f64,
+}
+
+#[cfg(feature = "serde")]
+impl<T> TryFrom<StoredDataset<T>> for Dataset<T> {
+    type Error = Error;
+
+    fn try_from(stored: StoredDataset<T>) -> Result<Self> {
+        let StoredDataset {
+            materials,
+            illuminations,
+            scenes,
+            observations,
+            render_error,
+        } = stored;
+        for of in &observations {
+            check_index(
+                "the material of an observation",
+                of.material,
+                materials.len(),
+            )?;
+            let illumination = "the illumination of an observation";
+            check_index(illumination, of.illumination, illuminations.len())?;
+        }
+        Ok(Self {
+            materials,
+            illuminations,
+            scenes,
+            observations,
+            render_error,
+        })
+    }
+}
+
+/// Checks that an index is one of a list's.
+#[cfg(feature = "serde")]
+pub(super) fn check_index(what: &'static str, index: usize, count: usize) -> Result<()> {
+    if index < count {
+        Ok(())
+    } else {
+        Err(Error::Domain {
+            what,
+            value: index as f64,
+            allowed: "the index of one that the set names, from 0",
+        })
+    }
 }
 
 impl<T> Dataset<T> {
@@ -108,6 +197,7 @@ pub const MIRROR_PIXEL_SAMPLES: usize = 6;
 
 /// How a data set is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plan {
     /// The specular lobe.
     pub lobe: Variant,

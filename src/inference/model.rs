@@ -19,11 +19,44 @@ use crate::{Error, Parallelism, Result};
 ///
 /// It is what takes time to make, and it is plain numbers, so that a program can keep it.
 #[derive(Debug, Clone)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "StoredTraining")
+)]
 pub struct Training {
     /// Features of the named materials; turn 0 of every view is judged in the inner loop.
     pub named: Dataset<Vec<f64>>,
     /// Features of random reflectances.
     pub random: Vec<Sample<Vec<f64>>>,
+}
+
+/// A training set as files have it, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct StoredTraining {
+    named: Dataset<Vec<f64>>,
+    random: Vec<Sample<Vec<f64>>>,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<StoredTraining> for Training {
+    type Error = Error;
+
+    fn try_from(stored: StoredTraining) -> Result<Self> {
+        let count = stored.named.illuminations.len();
+        for sample in &stored.random {
+            super::dataset::check_index(
+                "the illumination of a sample",
+                sample.illumination,
+                count,
+            )?;
+        }
+        Ok(Self {
+            named: stored.named,
+            random: stored.random,
+        })
+    }
 }
 
 /// What a [`Model`] reads off a sphere: a few numbers, so that many pictures can be read before any
@@ -99,6 +132,11 @@ struct Learned {
 
 /// What a model says of one picture.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "StoredVerdict")
+)]
 pub struct Verdict {
     /// The probability of each material, in the model's order.
     pub probabilities: Vec<f64>,
@@ -106,6 +144,30 @@ pub struct Verdict {
     pub none: f64,
     /// What it says of the reflectance, whatever the name.
     pub posterior: Posterior,
+}
+
+/// A verdict as files have it, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct StoredVerdict {
+    probabilities: Vec<f64>,
+    none: f64,
+    posterior: Posterior,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<StoredVerdict> for Verdict {
+    type Error = Error;
+
+    fn try_from(stored: StoredVerdict) -> Result<Self> {
+        let all = [&stored.probabilities[..], &[stored.none]].concat();
+        super::posterior::check_probabilities("the probabilities of a verdict", &all)?;
+        Ok(Self {
+            probabilities: stored.probabilities,
+            none: stored.none,
+            posterior: stored.posterior,
+        })
+    }
 }
 
 impl Verdict {

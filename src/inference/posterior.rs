@@ -1,9 +1,12 @@
 //! The posterior over reflectances: how specular, how rough.
 
 use super::evidence::log_sum_exp;
+#[cfg(feature = "serde")]
+use crate::{Error, Result, check_finite, check_length};
 
 /// A reflectance as its picture shows it without an exposure.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reflectance {
     /// ρ_s / (ρ_s + ρ_d) of the luminance.
     pub share: f64,
@@ -19,10 +22,73 @@ fn cell(axis: &[f64], i: usize, scale: impl Fn(f64) -> f64) -> f64 {
 
 /// A probability over a grid of specular shares and roughnesses.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "Stored")
+)]
 pub struct Posterior {
     shares: Vec<f64>,
     sigmas: Vec<f64>,
     probabilities: Vec<f64>,
+}
+
+/// A posterior as files have it, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Stored {
+    shares: Vec<f64>,
+    sigmas: Vec<f64>,
+    probabilities: Vec<f64>,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Stored> for Posterior {
+    type Error = Error;
+
+    fn try_from(stored: Stored) -> Result<Self> {
+        let Stored {
+            shares,
+            sigmas,
+            probabilities,
+        } = stored;
+        for (what, axis) in [
+            ("the axis of specular shares", &shares),
+            ("the axis of roughnesses", &sigmas),
+        ] {
+            check_finite(what, axis)?;
+            if axis.len() < 2 || axis.windows(2).any(|pair| pair[0] >= pair[1]) {
+                return Err(Error::NotRising { what });
+            }
+        }
+        let points = shares.len() * sigmas.len();
+        check_length("the posterior", points, probabilities.len())?;
+        check_probabilities("the probabilities of a posterior", &probabilities)?;
+        Ok(Self {
+            shares,
+            sigmas,
+            probabilities,
+        })
+    }
+}
+
+/// Checks that numbers are probabilities that sum to 1.
+#[cfg(feature = "serde")]
+pub(super) fn check_probabilities(what: &'static str, probabilities: &[f64]) -> Result<()> {
+    check_finite(what, probabilities)?;
+    let domain = |value, allowed| Error::Domain {
+        what,
+        value,
+        allowed,
+    };
+    if let Some(&value) = probabilities.iter().find(|p| **p < 0.0) {
+        return Err(domain(value, "at least 0 each"));
+    }
+    let sum: f64 = probabilities.iter().sum();
+    if (sum - 1.0).abs() > 1e-6 {
+        return Err(domain(sum, "1 in sum"));
+    }
+    Ok(())
 }
 
 impl Posterior {

@@ -11,6 +11,7 @@ use crate::{Error, Parallelism, Result};
 
 /// One picture of a random reflectance, or what was read off it.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample<T> {
     /// The index of its illumination.
     pub illumination: usize,

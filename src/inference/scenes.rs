@@ -26,9 +26,40 @@ use crate::{Error, Parallelism, Result};
 /// # Ok::<(), lobes::Error>(())
 /// ```
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "Vec<usize>", into = "Vec<usize>")
+)]
 pub struct Scenes {
     /// The first illumination of the scene of each; those beyond the end are scenes of their own.
     first: Vec<usize>,
+}
+
+/// From the first illumination of the scene of each.
+#[cfg(feature = "serde")]
+impl TryFrom<Vec<usize>> for Scenes {
+    type Error = Error;
+
+    fn try_from(first: Vec<usize>) -> Result<Self> {
+        for (illumination, &of) in first.iter().enumerate() {
+            if of > illumination || first[of] != of {
+                return Err(Error::Domain {
+                    what: "the first illumination of a scene",
+                    value: of as f64,
+                    allowed: "the first of its own scene",
+                });
+            }
+        }
+        Ok(Self { first })
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Scenes> for Vec<usize> {
+    fn from(scenes: Scenes) -> Self {
+        scenes.first
+    }
 }
 
 /// Two maps that look like one, whatever the exposure and however one is turned about the vertical.

@@ -2,6 +2,7 @@
 
 use super::material::Material;
 use crate::named;
+use crate::serialisation::by_name;
 
 /// The finish of a surface: how it shines, whatever its colour.
 ///
@@ -68,6 +69,7 @@ impl Finish {
 }
 
 named!(Finish, "finish");
+by_name!(Finish);
 
 impl Material {
     /// How it shines, whatever its colour.

@@ -30,6 +30,11 @@ pub struct Measurement {
 
 /// Whether the lobe is round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "snake_case")
+)]
 pub enum Widths {
     /// One σ.
     #[default]
@@ -40,6 +45,7 @@ pub enum Widths {
 
 /// A parameter as fitted.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimate {
     /// The value.
     pub value: f64,
@@ -50,6 +56,7 @@ pub struct Estimate {
 
 /// What a fit found.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Fit {
     /// Which lobe.
     pub variant: Variant,

@@ -28,6 +28,11 @@ pub const MAX_INDEX: f64 = 100.0;
 /// assert!((glass.reflectance(0.3) - same.reflectance(0.3)).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "Stored", rename_all = "snake_case")
+)]
 pub enum Fresnel {
     /// The same at every angle, in [0, 1]. Of 1 it is the white furnace of a lobe.
     Constant(f64),
@@ -51,6 +56,33 @@ pub enum Fresnel {
         /// k, in [0, [`MAX_INDEX`]].
         extinction: f64,
     },
+}
+
+/// A boundary as files have it, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Stored {
+    Constant(f64),
+    Schlick { normal: f64 },
+    Dielectric { index: f64 },
+    Conductor { index: f64, extinction: f64 },
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Stored> for Fresnel {
+    type Error = Error;
+
+    fn try_from(stored: Stored) -> Result<Self> {
+        let fresnel = match stored {
+            Stored::Constant(value) => Self::Constant(value),
+            Stored::Schlick { normal } => Self::Schlick { normal },
+            Stored::Dielectric { index } => Self::Dielectric { index },
+            Stored::Conductor { index, extinction } => Self::Conductor { index, extinction },
+        };
+        fresnel.check()?;
+        Ok(fresnel)
+    }
 }
 
 impl Fresnel {

@@ -46,12 +46,44 @@ pub const MIN_ALPHA: f64 = 0.001;
 /// # Ok::<(), lobes::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "Stored", into = "Stored")
+)]
 pub struct Ggx {
     alpha: [f64; 2],
     inverse_alpha: [f64; 2],
     /// `1/(π α_x α_y)`.
     peak: f64,
     fresnel: Fresnel,
+}
+
+/// A lobe as files have it.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Stored {
+    alpha: [f64; 2],
+    fresnel: Fresnel,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Stored> for Ggx {
+    type Error = Error;
+
+    fn try_from(stored: Stored) -> Result<Self> {
+        Self::anisotropic(stored.alpha[0], stored.alpha[1], stored.fresnel)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Ggx> for Stored {
+    fn from(ggx: Ggx) -> Self {
+        Self {
+            alpha: ggx.alpha,
+            fresnel: ggx.fresnel,
+        }
+    }
 }
 
 impl Ggx {

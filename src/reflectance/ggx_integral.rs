@@ -11,6 +11,7 @@ use glam::DVec3;
 use super::direction::{HORIZON, visible};
 use super::ggx::Ggx;
 use crate::numeric::sixteen_points::RULE;
+use crate::serialisation::by_name;
 
 use super::zonal::{LegendreSums, MAX_ZONAL_DEGREE};
 use crate::named;
@@ -55,6 +56,7 @@ impl Masking {
 }
 
 named!(Masking, "masking");
+by_name!(Masking);
 
 impl Ggx {
     /// The directional–hemispherical albedo ∫ f `c_i` dω, for a view in the plane of the normal and

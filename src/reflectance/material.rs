@@ -6,6 +6,11 @@ use crate::{Error, Result};
 
 /// How rough the specular part is.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "f64", into = "f64")
+)]
 pub enum Roughness {
     /// The limit σ = 0: all of `ρ_s` goes to the mirror direction. It has no lobe that could be
     /// evaluated.
@@ -42,6 +47,22 @@ impl Roughness {
     }
 }
 
+#[cfg(feature = "serde")]
+impl TryFrom<f64> for Roughness {
+    type Error = Error;
+
+    fn try_from(sigma: f64) -> Result<Self> {
+        Self::from_sigma(sigma)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Roughness> for f64 {
+    fn from(roughness: Roughness) -> Self {
+        roughness.sigma()
+    }
+}
+
 /// A surface: albedos `ρ_d` and `ρ_s` for three linear channels, and a roughness.
 ///
 /// A matte material has `ρ_s` = 0 in every channel; its roughness then has no meaning.
@@ -54,11 +75,56 @@ impl Roughness {
 /// # Ok::<(), lobes::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "Stored", into = "Stored")
+)]
 pub struct Material {
     name: String,
     diffuse: [f64; 3],
     specular: [f64; 3],
     roughness: Roughness,
+}
+
+/// A material as files have it.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Stored {
+    name: String,
+    diffuse: [f64; 3],
+    specular: [f64; 3],
+    sigma: f64,
+    /// Who means `ρ_d` + `ρ_s` to pass 1 says so.
+    #[serde(default)]
+    gains_energy: bool,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Stored> for Material {
+    type Error = Error;
+
+    fn try_from(stored: Stored) -> Result<Self> {
+        let make = if stored.gains_energy {
+            Self::from_albedos_gaining_energy
+        } else {
+            Self::from_albedos
+        };
+        make(stored.name, stored.diffuse, stored.specular, stored.sigma)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Material> for Stored {
+    fn from(material: Material) -> Self {
+        Self {
+            gains_energy: material.gains_energy().is_some(),
+            sigma: material.roughness.sigma(),
+            name: material.name,
+            diffuse: material.diffuse,
+            specular: material.specular,
+        }
+    }
 }
 
 impl Material {
@@ -113,8 +179,7 @@ impl Material {
         sigma: f64,
     ) -> Result<Self> {
         let material = Self::from_albedos_gaining_energy(name, diffuse, specular, sigma)?;
-        // The sum of two rounded albedos may pass 1 by a rounding.
-        match material.gain().into_iter().find(|&sum| sum > 1.0 + 1e-15) {
+        match material.gains_energy() {
             None => Ok(material),
             Some(sum) => Err(Error::Domain {
                 what: "the sum ρ_d + ρ_s of a material",
@@ -188,6 +253,11 @@ impl Material {
     /// apart).
     pub fn gain(&self) -> [f64; 3] {
         std::array::from_fn(|channel| self.diffuse[channel] + self.specular[channel])
+    }
+
+    /// A channel's `ρ_d` + `ρ_s` above 1. The sum of two rounded albedos may pass 1 by a rounding.
+    fn gains_energy(&self) -> Option<f64> {
+        self.gain().into_iter().find(|&sum| sum > 1.0 + 1e-15)
     }
 
     /// Whether nothing is specular.

@@ -6,6 +6,7 @@
 )]
 
 use crate::named;
+use crate::serialisation::by_name;
 
 /// Which of the four published forms of Ward's lobe.
 ///
@@ -182,3 +183,4 @@ impl Variant {
 }
 
 named!(Variant, "Ward lobe");
+by_name!(Variant);

@@ -36,6 +36,11 @@ pub struct Sample {
 /// # Ok::<(), lobes::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "Stored", into = "Stored")
+)]
 pub struct Ward {
     variant: Variant,
     sigma: [f64; 2],
@@ -44,6 +49,33 @@ pub struct Ward {
     scale: f64,
     /// For the lobe that divides by the share above the horizon.
     horizon: Option<Horizon>,
+}
+
+/// A lobe as files have it.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Stored {
+    variant: Variant,
+    sigma: [f64; 2],
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Stored> for Ward {
+    type Error = Error;
+
+    fn try_from(stored: Stored) -> Result<Self> {
+        Self::anisotropic(stored.variant, stored.sigma[0], stored.sigma[1])
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Ward> for Stored {
+    fn from(ward: Ward) -> Self {
+        Self {
+            variant: ward.variant,
+            sigma: ward.sigma,
+        }
+    }
 }
 
 impl Ward {

@@ -30,6 +30,11 @@ const MOST_ROWS: usize = 4096;
 /// error of a picture is what one pixel in a thousand passes. Each pixel is worked on until its own
 /// estimate is below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "StoredSettings")
+)]
 pub struct Settings {
     /// Pixels a side.
     pub size: usize,
@@ -64,6 +69,30 @@ impl Settings {
                 allowed: "from 1 to 64",
             })
         }
+    }
+}
+
+/// Settings as files have them, not yet checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct StoredSettings {
+    size: usize,
+    tolerance: f64,
+    pixel_samples: usize,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<StoredSettings> for Settings {
+    type Error = Error;
+
+    fn try_from(stored: StoredSettings) -> Result<Self> {
+        let settings = Self {
+            size: stored.size,
+            tolerance: stored.tolerance,
+            pixel_samples: stored.pixel_samples,
+        };
+        settings.check()?;
+        Ok(settings)
     }
 }
 

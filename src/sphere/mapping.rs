@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use crate::named;
+use crate::serialisation::by_name;
 use crate::{Error, Result};
 
 /// How a picture shows the whole sphere of directions.
@@ -271,3 +272,4 @@ impl Mapping {
 }
 
 named!(Mapping, "mapping");
+by_name!(Mapping);

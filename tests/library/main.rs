@@ -25,4 +25,5 @@ mod reflection;
 mod reflection_exact;
 mod reflection_reference;
 mod scenes;
+mod serialisation;
 mod threads;
