@@ -8,6 +8,13 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// What can go wrong with a caller's data.
 ///
 /// Each message is one sentence: what is wrong, where, and what is allowed.
+///
+/// ```
+/// use lobes::{Error, harmonics::Coefficients};
+/// let error = Coefficients::from_vec(1, 1, vec![0.0; 3]).unwrap_err();
+/// assert!(matches!(error, Error::Length { expected: 4, got: 3, .. }));
+/// assert_eq!(error.to_string(), "the coefficients has 3 values where 4 are needed");
+/// ```
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

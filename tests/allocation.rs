@@ -81,7 +81,7 @@ fn memory_of_other_files() {
     for side in [64, 1024, 2048] {
         let png = lobes::picture::encode_png(side, side, 1.0, |_, _| Some([0.0; 3])).unwrap();
         within(&png, 16, &|| {
-            let picture = Picture::of_bytes(&png).unwrap();
+            let picture = Picture::from_bytes(&png).unwrap();
             let _ = picture.circle().and_then(|circle| picture.sphere(circle));
         });
     }

@@ -181,7 +181,7 @@ fn expand(images: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 fn read(path: &Path, options: &Classify) -> Result<Sphere> {
     let photo = if input::is_standard(path) {
-        Picture::of_bytes(&input::bytes()?)?
+        Picture::from_bytes(&input::bytes()?)?
     } else {
         Picture::read(path)?
     };

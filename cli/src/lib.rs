@@ -139,7 +139,7 @@ pub mod readers {
 
     /// The sphere in a picture: how much of it is saturated.
     pub fn photograph(bytes: &[u8]) -> Result<f64> {
-        let picture = Picture::of_bytes(bytes)?;
+        let picture = Picture::from_bytes(bytes)?;
         Ok(picture.sphere(picture.circle()?)?.saturated)
     }
 }

@@ -91,7 +91,7 @@ fn read_groups(path: &Path, names: &[&str]) -> Result<Scenes> {
             FORM,
         ));
     }
-    Ok(Scenes::of_groups(names, &file.groups).map_err(|error| named::in_file(path, error))?)
+    Ok(Scenes::from_groups(names, &file.groups).map_err(|error| named::in_file(path, error))?)
 }
 
 /// The error of a name that is neither a file's nor a built-in map's.

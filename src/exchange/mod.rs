@@ -79,6 +79,15 @@ named!(Format, "format of materials");
 by_name!(Format);
 
 /// What a text held.
+///
+/// ```
+/// use lobes::exchange::{Format, read};
+/// let text = "void plastic red\n0\n0\n5 0.5 0 0 0 0\n";
+/// let imported = read(Format::Radiance, text)?;
+/// assert_eq!(imported.materials[0].name(), "red");
+/// assert!(imported.notes.is_empty());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// The materials, in the order of the text; each has a name of its own.
@@ -88,6 +97,13 @@ pub struct Imported {
 }
 
 /// What was written.
+///
+/// ```
+/// use lobes::{exchange::{Format, write}, reflectance::Material};
+/// let exported = write(Format::Radiance, &[Material::white()])?;
+/// assert!(exported.text.contains("void plastic white"));
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exported {
     /// The file's text.

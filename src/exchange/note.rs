@@ -5,6 +5,13 @@ use std::fmt;
 use super::Format;
 
 /// What of one material is not in what was read or written; its display is a sentence.
+///
+/// ```
+/// use lobes::exchange::{Loss, Note};
+/// let loss = Loss::Renamed { name: "brown_matte".into() };
+/// let note = Note { material: "brown matte".into(), loss };
+/// assert_eq!(note.to_string(), "\"brown matte\" is written under the name \"brown_matte\"");
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note {
     /// The material's name.

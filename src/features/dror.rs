@@ -33,6 +33,27 @@ const SCALES: usize = 4;
 ///
 /// Which percentiles, moments and bands are in the final set is not printed in one place; these are
 /// all that the memo names.
+///
+/// ```
+/// use lobes::features::{DrorFeatures, RingLayout, Unwrapped};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let layout = RingLayout::new(Viewpoint::Orthographic, 32, 16)?;
+/// let features = DrorFeatures::of(&Unwrapped::new(&image, &layout)?)?;
+/// // Twice the exposure shows in the brightness alone.
+/// let brighter = image.map(|pixel| pixel.map(|value| 2.0 * value));
+/// let brighter = DrorFeatures::of(&Unwrapped::new(&brighter, &layout)?)?;
+/// assert!((brighter.brightness - features.brightness - 2f64.ln()).abs() < 1e-12);
+/// for (one, other) in features.statistics.iter().zip(&brighter.statistics) {
+///     assert!((one - other).abs() < 1e-9);
+/// }
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrorFeatures {
     /// The statistics, free of exposure.

@@ -32,6 +32,17 @@ pub struct ImagePower {
 /// harmonics. A power spectrum does not depend on how the grid is turned.
 ///
 /// Immutable; share it between threads.
+///
+/// ```
+/// use lobes::features::{Continuation, ImageSpectrum};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage}};
+/// let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// let even = SphereImage::new(camera, 64, vec![[1.0; 3]; 64 * 64])?;
+/// let power = ImageSpectrum::new(8, Continuation::Mirror)?.power(&even)?;
+/// // What is the same everywhere has no degree but 0.
+/// assert!(power.luminance[1..].iter().all(|power_l| *power_l < 1e-20 * power.luminance[0]));
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct ImageSpectrum {
     continuation: Continuation,

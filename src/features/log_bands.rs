@@ -45,6 +45,21 @@ const PERCENTILES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
 ///
 /// Exposure changes none of them; a turn of the camera about its axis only as far as pixels are
 /// square.
+///
+/// ```
+/// use lobes::features::{LogBands, RingLayout, Unwrapped};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32)?;
+/// let features = LogBands::new(&layout)?.of(&Unwrapped::new(&image, &layout)?)?;
+/// assert_eq!(features.len(), LogBands::FEATURES);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct LogBands {
     layout: RingLayout,
@@ -274,6 +289,22 @@ pub(super) fn moments(values: &[f64]) -> [f64; 3] {
 }
 
 /// How log radiance is taken of one picture.
+///
+/// ```
+/// use lobes::features::{RingLayout, Unwrapped, log_fields};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let layout = RingLayout::new(Viewpoint::Orthographic, 32, 16)?;
+/// let fields = log_fields(&Unwrapped::new(&image, &layout)?)?;
+/// let [luminance, red, blue] = fields.at([1.0; 3]);
+/// assert!(luminance.abs() < 1e-15 && red == 0.0 && blue == 0.0);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct LogFields {
     luminance: f64,

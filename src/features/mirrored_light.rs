@@ -34,6 +34,21 @@ const FAINTEST: f64 = 1e-3;
 /// Features: ln of nine percentiles of the luminance's ratio; the correlation of ln I with ln E
 /// over the picture, and the slope of that regression; then, of red and of blue, ln of three
 /// percentiles of their ratios over the luminance's.
+///
+/// ```
+/// use lobes::features::{MirroredLight, RingLayout, Unwrapped};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32)?;
+/// let features = MirroredLight::new(&layout)?.of(&Unwrapped::new(&image, &layout)?)?;
+/// assert_eq!(features.len(), MirroredLight::FEATURES);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct MirroredLight {
     layout: RingLayout,

@@ -27,6 +27,22 @@ const FLOOR: f64 = 1e-3;
 /// does at the rim: a coefficient of scale j counts only where it is farther than π/2^j from there.
 /// By scale: ln of the variance, the skewness and ln of the kurtosis, over the solid angle that
 /// counts.
+///
+/// ```
+/// use lobes::features::Needlets;
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let plan = Needlets::new()?;
+/// let features = plan.of(&image)?;
+/// let brighter = plan.of(&image.map(|pixel| pixel.map(|value| 2.0 * value)))?;
+/// assert!(features.iter().zip(&brighter).all(|(one, other)| (one - other).abs() < 1e-6));
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Needlets {
     spectrum: ImageSpectrum,

@@ -10,6 +10,15 @@ use crate::{Error, Result};
 
 /// Where the rings of a picture lie and how many orders are kept: what the [`Modes`] of a picture
 /// and the operator of its view have in common.
+///
+/// ```
+/// use lobes::{features::RingLayout, reflection::Viewpoint};
+/// let layout = RingLayout::new(Viewpoint::Orthographic, 16, 4)?;
+/// assert_eq!((layout.angles().len(), layout.orders()), (16, 4));
+/// // A cosine amplitude of each order, and a sine amplitude of each but 0.
+/// assert_eq!(layout.len(), 16 * 9);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingLayout {
     viewpoint: Viewpoint,
@@ -119,6 +128,21 @@ impl RingLayout {
 ///
 /// Equal steps of the normal's angle are equal steps of the angle at which a mirror sees the light,
 /// so that this is also a map of the light around, as far as the surface mirrors.
+///
+/// ```
+/// use lobes::features::{RingLayout, Unwrapped};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let layout = RingLayout::new(Viewpoint::Orthographic, 32, 16)?;
+/// let unwrapped = Unwrapped::new(&image, &layout)?;
+/// assert_eq!(unwrapped.values().len() % unwrapped.rings(), 0);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unwrapped {
     columns: usize,
@@ -184,6 +208,25 @@ impl Unwrapped {
 
 /// The amplitudes of one channel: on ring r, value(φ) = Σ_m c_m,r cos mφ + s_m,r sin mφ, φ from the
 /// picture's right towards its top.
+///
+/// ```
+/// use lobes::features::{Modes, RingLayout, Unwrapped};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let layout = RingLayout::new(Viewpoint::Orthographic, 8, 2)?;
+/// let unwrapped = Unwrapped::new(&image, &layout)?;
+/// // Red is 1 + ½ sin θ sin φ on this sphere.
+/// let [red] = Modes::of(&unwrapped, &layout, |rgb| [rgb[0]])?;
+/// let angle = layout.angles()[3];
+/// assert!((red.cosine(0)[3] - 1.0).abs() < 0.01);
+/// assert!((red.sine(1)[3] - 0.5 * angle.sin()).abs() < 0.01);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Modes {
     rings: usize,

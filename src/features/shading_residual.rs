@@ -55,6 +55,21 @@ const SMALL: f64 = 1e-3;
 /// and eight percentiles p of r/max(s, 0.05), as arsinh(1000 p).
 ///
 /// Exposure changes none of them. What is saturated or noise is taken for gloss.
+///
+/// ```
+/// use lobes::features::{ShadingResidual, RingLayout, Unwrapped};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let layout = RingLayout::new(Viewpoint::Orthographic, 64, 32)?;
+/// let features = ShadingResidual::new(&layout)?.of(&Unwrapped::new(&image, &layout)?)?;
+/// assert_eq!(features.len(), ShadingResidual::FEATURES);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct ShadingResidual {
     layout: RingLayout,

@@ -20,6 +20,21 @@ const EDGES: [usize; 9] = [0, 3, 5, 9, 15, 25, 35, 45, 65];
 /// mask is undone over bands ([`Coupling::decouple`]). A hemisphere cannot tell neighbouring
 /// degrees apart, so v2, the ratio of neighbours, has no unbiased counterpart. The features are ln
 /// of the power of each band over the total, no less than 10⁻⁹, and ln of B_0 of each channel.
+///
+/// ```
+/// use lobes::features::UnbiasedBands;
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let plan = UnbiasedBands::new()?;
+/// let features = plan.of(&image)?;
+/// assert!(features.iter().all(|feature| feature.is_finite()));
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct UnbiasedBands {
     spectrum: ImageSpectrum,

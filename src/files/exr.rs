@@ -318,6 +318,14 @@ impl Canvas {
 }
 
 /// How a value is stored in an OpenEXR file.
+///
+/// ```
+/// use lobes::files::{Picture, Precision, decode, encode_exr};
+/// let picture = Picture { width: 1, height: 1, pixels: vec![[0.5, 0.25, 2.0]] };
+/// let bytes = encode_exr(&picture, Precision::Half)?;
+/// assert_eq!(decode(&bytes)?, picture);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Precision {
     /// 16 bits: 11 significant bits, up to 65 504.

@@ -40,6 +40,12 @@ const MOST_BYTES: u64 = 1 << 31;
 pub const MOST_PIXELS_PER_BYTE: usize = 1024;
 
 /// A picture of linear radiance, three channels a pixel, as a file holds it.
+///
+/// ```
+/// use lobes::files::Picture;
+/// let picture = Picture { width: 2, height: 1, pixels: vec![[0.5; 3], [1.0; 3]] };
+/// assert_eq!(picture.pixels.len(), picture.width * picture.height);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     /// Columns.

@@ -9,6 +9,16 @@ use crate::error::check_length;
 use crate::{Error, Result};
 
 /// What ∫ |Y_lm|² dω is.
+///
+/// ```
+/// use lobes::harmonics::{Coefficients, Convention, Normalisation, Order, Phase};
+/// let mut f = Coefficients::zeros(1);
+/// f.set(1, 0, 1.0)?;
+/// let schmidt = Convention { normalisation: Normalisation::Schmidt, phase: Phase::Plain };
+/// let value = f.to_real(schmidt, Order::ByDegree)[2];
+/// assert!((value - (3.0 / (4.0 * std::f64::consts::PI)).sqrt()).abs() < 1e-15);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Normalisation {
@@ -34,6 +44,15 @@ impl Normalisation {
 }
 
 /// Whether the basis has the factor (−1)^m of Condon and Shortley.
+///
+/// ```
+/// use lobes::harmonics::{Coefficients, Convention, Order};
+/// let mut f = Coefficients::zeros(1);
+/// f.set(1, 1, 1.0)?;
+/// // Orthonormal as this crate's, with the phase of Condon and Shortley.
+/// assert_eq!(f.to_real(Convention::HEALPIX, Order::ByDegree)[3], -1.0);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Phase {
     /// No: this crate, sphericart, pyshtools' default.
@@ -56,6 +75,15 @@ impl Phase {
 /// A convention of basis functions: a normalisation and a phase.
 ///
 /// [`Convention::default`] is this crate's own.
+///
+/// ```
+/// use lobes::harmonics::{Coefficients, Convention, Order};
+/// let mut f = Coefficients::zeros(2);
+/// f.set(2, -1, 3.0)?;
+/// let theirs = f.to_real(Convention::HEALPIX, Order::ByDegree);
+/// assert_eq!(Coefficients::from_real(2, Convention::HEALPIX, Order::ByDegree, &theirs)?, f);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Convention {
     /// The normalisation.
@@ -77,6 +105,15 @@ impl Convention {
 }
 
 /// An order of storage of real coefficients.
+///
+/// ```
+/// use lobes::harmonics::{Coefficients, Convention, Order};
+/// let mut f = Coefficients::zeros(1);
+/// f.set(1, -1, 2.0)?;
+/// assert_eq!(f.to_real(Convention::default(), Order::ByDegree), [0.0, 2.0, 0.0, 0.0]);
+/// assert_eq!(f.to_real(Convention::default(), Order::ByOrder), [0.0, 0.0, 0.0, 2.0]);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Order {

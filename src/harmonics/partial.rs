@@ -33,6 +33,15 @@ pub const MAX_COUPLING_DEGREE: usize = 1024;
 pub const MAX_CONDITION: f64 = 10.0;
 
 /// A mask that depends on the angle θ from the pole only.
+///
+/// ```
+/// use lobes::{harmonics::Mask, sphere::Grid};
+/// let grid = Grid::gauss_legendre(8, 16)?;
+/// let mut map = vec![1.0; grid.len()];
+/// Mask::Cap { radius: std::f64::consts::FRAC_PI_2 }.apply(&grid, &mut map)?;
+/// assert_eq!((map[0], map[grid.len() - 1]), (1.0, 0.0));
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Mask {

@@ -251,6 +251,11 @@ impl EnvironmentMap {
 }
 
 /// What red, green and blue weigh in luminance.
+///
+/// ```
+/// use lobes::illumination::Luminance;
+/// assert_eq!(Luminance::Rec709.of([1.0, 0.0, 0.0]), 0.2126);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Luminance {

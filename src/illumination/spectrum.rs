@@ -149,6 +149,17 @@ impl PowerLaw {
 /// "White" light in the sense of the paper has the same spectrum in every channel:
 /// [`etas`](Self::etas) says whether it falls alike, [`coherence`](Self::coherence) whether it is
 /// the same pattern.
+///
+/// ```
+/// use lobes::{Parallelism, illumination::{EnvironmentMap, LightSpectrum}};
+/// let pixels = (0..64 * 32).map(|i| [1.0 + f64::from(i * 37 % 101), f64::from(i % 7), 0.0]);
+/// let map = EnvironmentMap::new("patches", 64, 32, pixels.collect())?;
+/// let spectrum = LightSpectrum::of(&map, 15, Parallelism::Sequential)?;
+/// assert_eq!(spectrum.luminance.len(), 16);
+/// // There is no blue, which has no law then.
+/// assert!(spectrum.etas[0].is_some() && spectrum.etas[2].is_none());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -251,13 +262,11 @@ impl LightSpectrum {
         let luminance = average_power(&luminance(&coefficients)?);
         // The clipped luminance is that of the clipped map, and a third of it.
         let ceiling = map.ceiling(Self::CLIPPED_SHARE);
-        let clipped = (map.pixels().iter())
-            .map(|pixel| Luminance::Rec709.of(*pixel).min(ceiling))
-            .collect();
-        let transform = Transform::new(&Grid::lat_long(map.height(), map.width())?, degree)?;
-        let clipped = analyse(&transform, 1, clipped, parallelism)?;
+        let clipped = |pixel| [Luminance::Rec709.of(pixel).min(ceiling)];
+        let parts = parts(map.width(), map.height(), degree);
+        let [clipped] = analyse(map, degree, parts, clipped, parallelism)?;
         // A map that is black but for what is clipped is none any more.
-        let clipped = (ceiling > 0.0).then(|| average_power(&clipped[0]));
+        let clipped = (ceiling > 0.0).then(|| average_power(&clipped));
         let channels = [0, 1, 2].map(|c| average_power(&coefficients[c]));
 
         let (first, last) = (Self::FIT_RANGE.0, Self::FIT_RANGE.1.min(degree));
@@ -292,24 +301,58 @@ impl LightSpectrum {
     }
 }
 
-/// A map of so many pixels or fewer has its channels analysed together: 2048×1024.
+/// So many pixels of a map, or fewer, are analysed at a time: 2048×1024.
 const MOST_PIXELS_TOGETHER: usize = 1 << 21;
 
-/// The coefficients of `count` planes of pixels, one after the other in `planes`.
-fn analyse(
-    transform: &Transform,
-    count: usize,
-    planes: Vec<f64>,
+/// In how many parts the columns of a map are analysed: as many as leave each no more than
+/// [`MOST_PIXELS_TOGETHER`] pixels, and columns enough for the degree.
+fn parts(width: usize, height: usize, degree: usize) -> usize {
+    let mut parts = 1;
+    while width * height / parts > MOST_PIXELS_TOGETHER
+        && width.is_multiple_of(2 * parts)
+        && degree <= (width / (2 * parts) - 1) / 2
+    {
+        parts *= 2;
+    }
+    parts
+}
+
+/// The coefficients of N functions of a map's pixels.
+///
+/// Every `parts`-th column is analysed at a time, so that no copy of a large map is as large as it
+/// is: the sum over all columns is the mean of the parts' sums.
+fn analyse<const N: usize>(
+    map: &EnvironmentMap,
+    degree: usize,
+    parts: usize,
+    of: impl Fn([f64; 3]) -> [f64; N],
     parallelism: Parallelism,
-) -> Result<Vec<Coefficients>> {
-    let size = transform.coefficient_count();
-    let mut values = vec![0.0; count * size];
-    let mut scratch = vec![0.0; transform.scratch_len(count)];
-    transform.analyse_into(count, &planes, &mut values, &mut scratch, parallelism)?;
-    let degree = transform.degree();
-    let sets = values.chunks(size);
-    sets.map(|set| Coefficients::from_vec(degree, degree, set.to_vec()))
-        .collect()
+) -> Result<[Coefficients; N]> {
+    let all = Grid::lat_long(map.height(), map.width())?;
+    let some = Grid::lat_long(map.height(), map.width() / parts)?;
+    let mut sums = None;
+    for part in 0..parts {
+        let grid = some.clone().with_first_azimuth(all.azimuth(part));
+        let transform = Transform::new(&grid, degree)?;
+        let mut planes = Vec::with_capacity(N * grid.len());
+        for plane in 0..N {
+            let pixels = map.pixels().iter().skip(part).step_by(parts);
+            planes.extend(pixels.map(|pixel| of(*pixel)[plane]));
+        }
+        let size = transform.coefficient_count();
+        let mut values = vec![0.0; N * size];
+        let mut scratch = vec![0.0; transform.scratch_len(N)];
+        transform.analyse_into(N, &planes, &mut values, &mut scratch, parallelism)?;
+        // Not before the transform has taken the degree.
+        let sums: &mut [Coefficients; N] =
+            sums.get_or_insert_with(|| [(); N].map(|()| Coefficients::zeros(degree)));
+        for (sum, set) in sums.iter_mut().zip(values.chunks(size)) {
+            for (sum, value) in sum.as_mut_slice().iter_mut().zip(set) {
+                *sum += value / parts as f64;
+            }
+        }
+    }
+    Ok(sums.unwrap_or_else(|| [(); N].map(|()| Coefficients::zeros(0))))
 }
 
 /// The coefficients of the luminance, which are linear in the channels'.
@@ -344,27 +387,8 @@ impl EnvironmentMap {
         degree: usize,
         parallelism: Parallelism,
     ) -> Result<[Coefficients; 3]> {
-        let transform = Transform::new(&Grid::lat_long(self.height(), self.width())?, degree)?;
-        let plane = |channel: usize| self.pixels().iter().map(move |pixel| pixel[channel]);
-        // Three at once are quicker; of a large map one at a time, for they are as large as the
-        // map.
-        let together = self.pixels().len() <= MOST_PIXELS_TOGETHER;
-        let mut sets = if together {
-            analyse(&transform, 3, (0..3).flat_map(plane).collect(), parallelism)?
-        } else {
-            let mut sets = Vec::with_capacity(3);
-            for channel in 0..3 {
-                sets.extend(analyse(
-                    &transform,
-                    1,
-                    plane(channel).collect(),
-                    parallelism,
-                )?);
-            }
-            sets
-        };
-        let [blue, green, red] = std::array::from_fn(|_| sets.pop());
-        Ok([red, green, blue].map(|set| set.unwrap_or_else(|| Coefficients::zeros(degree))))
+        let parts = parts(self.width(), self.height(), degree);
+        analyse(self, degree, parts, |pixel| pixel, parallelism)
     }
 
     /// The map with the brightest `share` of the sphere (by solid angle, by luminance) brought down
@@ -486,6 +510,30 @@ mod tests {
         let spectrum = LightSpectrum::of(&map, 15, Parallelism::Sequential).unwrap();
         assert!(spectrum.etas[0].is_some() && spectrum.etas[2].is_none());
         assert_eq!(spectrum.coherence, None);
+    }
+
+    /// The parts' sums are those of the whole, whatever the parts; and many parts have columns
+    /// enough.
+    #[test]
+    fn columns_are_analysed_in_parts() {
+        let pixels = (0..64 * 32).map(|i| {
+            let v = f64::from(i * 7919 % 1013);
+            [v, v.sqrt(), f64::from(i % 13)]
+        });
+        let map = EnvironmentMap::new("parts", 64, 32, pixels.collect()).unwrap();
+        let of = |parts| analyse(&map, 7, parts, |pixel| pixel, Parallelism::Sequential).unwrap();
+        let whole = of(1);
+        let scale = whole[0].energy().sqrt();
+        for parts in [2, 4] {
+            for (set, part) in whole.iter().zip(&of(parts)) {
+                for (a, b) in set.as_slice().iter().zip(part.as_slice()) {
+                    assert!((a - b).abs() < 1e-14 * scale, "{parts}: {a} {b}");
+                }
+            }
+        }
+        assert_eq!(parts(64, 32, 7), 1);
+        let of_large = [128, 511, 512, 1023, 1024, 2047].map(|degree| parts(4096, 2048, degree));
+        assert_eq!(of_large, [4, 4, 2, 2, 1, 1]);
     }
 
     #[test]

@@ -13,6 +13,12 @@ use crate::illumination::Luminance;
 ///
 /// Directions are polar angles from the line of sight and azimuths from the picture's right towards
 /// its top, as rings are read.
+///
+/// ```
+/// use lobes::inference::BrightLights;
+/// let lights = BrightLights::from_directions(vec![(0.5, 0.1)]);
+/// assert_eq!(lights.directions().len(), 1);
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BrightLights {
     directions: Vec<(f64, f64)>,

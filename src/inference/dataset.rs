@@ -11,6 +11,14 @@ use crate::reflection::{Camera, Renderer, Rendering, Settings, SphereImage, View
 use crate::{Error, Parallelism, Result};
 
 /// From where spheres are seen.
+///
+/// ```
+/// use lobes::{glam::DVec3, inference::View, reflection::Viewpoint};
+/// let view = View { elevation: 0.0, viewpoint: Viewpoint::Orthographic };
+/// let cameras = view.cameras(4)?;
+/// assert!((cameras[1].towards() - DVec3::X).length() < 1e-15);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -93,6 +101,21 @@ pub struct Observation<T = SphereImage> {
 }
 
 /// Images of spheres, or what was read off them, with their materials and illuminations.
+///
+/// ```
+/// use lobes::inference::{Dataset, Observation, Scenes};
+/// // What was read off the pictures: a number here.
+/// let seen = |turn, view| Observation { material: 0, illumination: 0, turn, view };
+/// let data = Dataset {
+///     materials: vec!["white".into()],
+///     illuminations: vec!["sky".into()],
+///     scenes: Scenes::default(),
+///     observations: vec![seen(0, 1.5), seen(1, 1.25)],
+///     render_error: 0.0,
+/// };
+/// assert_eq!(data.labels(), [0, 0]);
+/// assert_eq!(data.judged(), [0]);
+/// ```
 #[derive(Debug, Clone)]
 #[cfg_attr(
     feature = "serde",
@@ -196,6 +219,12 @@ impl<T> Dataset<T> {
 pub const MIRROR_PIXEL_SAMPLES: usize = 6;
 
 /// How a data set is rendered.
+///
+/// ```
+/// use lobes::{inference::Plan, reflectance::Variant, reflection::Settings};
+/// let plan = Plan { lobe: Variant::default(), settings: Settings::default(), turns: 4 };
+/// assert_eq!(plan.settings.size, 128);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plan {

@@ -13,6 +13,30 @@ use crate::{Error, Result};
 /// The moments of each illumination are kept apart and added, so that leaving one out costs one
 /// Cholesky factor; that, its probabilities and its lack of any iteration are why it stands here
 /// and not a crate's logistic regression or support vectors.
+///
+/// ```
+/// use lobes::inference::{Dataset, Discriminant, Observation, Scenes};
+/// use lobes::nalgebra::DVector;
+/// // Two materials that differ in one number.
+/// let observations = (0..20).map(|i| Observation {
+///     material: i % 2,
+///     illumination: 0,
+///     turn: 0,
+///     view: (i % 2) as f64 + 0.01 * i as f64,
+/// });
+/// let data = Dataset {
+///     materials: vec!["dark".into(), "bright".into()],
+///     illuminations: vec!["sky".into()],
+///     scenes: Scenes::default(),
+///     observations: observations.collect(),
+///     render_error: 0.0,
+/// };
+/// let plan = Discriminant::new("level", &data, Discriminant::SHRINKAGE, |view| vec![*view])?;
+/// // Features are taken less their mean.
+/// let scores = plan.learn(&[true])?.of(&DVector::from_vec(vec![0.4]));
+/// assert!(scores[1] > scores[0]);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Discriminant {
     name: String,

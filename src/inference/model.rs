@@ -131,6 +131,13 @@ struct Learned {
 }
 
 /// What a model says of one picture.
+///
+/// ```
+/// use lobes::inference::Verdict;
+/// fn name<'a>(verdict: &Verdict, materials: &'a [String]) -> &'a str {
+///     verdict.material().map_or("none of these", |material| &materials[material])
+/// }
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",

@@ -21,6 +21,15 @@ fn cell(axis: &[f64], i: usize, scale: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// A probability over a grid of specular shares and roughnesses.
+///
+/// ```
+/// use lobes::inference::Posterior;
+/// fn say(posterior: &Posterior) -> String {
+///     let [low, middle, high] = [0.05, 0.5, 0.95].map(|level| posterior.sigma_quantile(level));
+///     format!("σ = {middle:.3}, and between {low:.3} and {high:.3} with a probability of 90 %")
+/// }
+/// assert_eq!(Posterior::default_shares().len(), 25);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",

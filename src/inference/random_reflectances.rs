@@ -24,6 +24,12 @@ pub struct Sample<T> {
 }
 
 /// How random reflectances are drawn.
+///
+/// ```
+/// use lobes::inference::RandomReflectances;
+/// let narrow = RandomReflectances { sigmas: (0.05, 0.1), ..RandomReflectances::default() };
+/// assert_eq!(narrow.shares, RandomReflectances::default().shares);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RandomReflectances {
     /// ln σ is uniform between these.

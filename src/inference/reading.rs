@@ -69,6 +69,20 @@ impl Reading {
 }
 
 /// The plan of what a [`Model`](super::Model) reads off pictures of one viewpoint; cheap to make.
+///
+/// ```
+/// use lobes::inference::LogReader;
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let features = LogReader::new(Viewpoint::Orthographic)?.features(&image)?;
+/// assert_eq!(features.len(), LogReader::FEATURES);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct LogReader {
     layout: RingLayout,
@@ -142,6 +156,13 @@ pub struct EvidenceReading {
 }
 
 /// The plan of an [`EvidenceReading`] of pictures of one viewpoint.
+///
+/// ```
+/// use lobes::{inference::EvidenceReader, reflection::Viewpoint};
+/// let reader = EvidenceReader::new(Viewpoint::Orthographic)?;
+/// assert_eq!(reader.layout().orders(), EvidenceReader::ORDERS);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct EvidenceReader {
     layout: RingLayout,

@@ -19,10 +19,10 @@ use crate::{Error, Parallelism, Result};
 /// ```
 /// use lobes::inference::Scenes;
 /// let names = ["hall", "street", "hall at night"];
-/// let scenes = Scenes::of_groups(&names, &[["hall at night", "hall"]])?;
+/// let scenes = Scenes::from_groups(&names, &[["hall at night", "hall"]])?;
 /// assert_eq!([0, 1, 2].map(|illumination| scenes.of(illumination)), [0, 1, 0]);
 /// assert_eq!(scenes.others(&[true; 3], 2), [false, true, false]);
-/// assert!(Scenes::of_groups(&names, &[["hall", "cellar"]]).is_err());
+/// assert!(Scenes::from_groups(&names, &[["hall", "cellar"]]).is_err());
 /// # Ok::<(), lobes::Error>(())
 /// ```
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -91,7 +91,7 @@ impl Scenes {
     ///
     /// # Errors
     /// [`Error::UnknownName`] for a name in a group that no illumination has.
-    pub fn of_groups<G: AsRef<[S]>, S: AsRef<str>>(
+    pub fn from_groups<G: AsRef<[S]>, S: AsRef<str>>(
         names: &[impl AsRef<str>],
         groups: &[G],
     ) -> Result<Self> {
@@ -356,11 +356,11 @@ mod tests {
     #[test]
     fn groups_that_share_a_map_are_one() {
         let names = ["a", "b", "c", "d", "e"];
-        let scenes = Scenes::of_groups(&names, &[vec!["e", "d"], vec!["b", "d"]]).unwrap();
+        let scenes = Scenes::from_groups(&names, &[vec!["e", "d"], vec!["b", "d"]]).unwrap();
         assert_eq!([0, 1, 2, 3, 4].map(|i| scenes.of(i)), [0, 1, 2, 1, 1]);
         assert_eq!(scenes.groups(5), [[1, 3, 4]]);
         assert_eq!(scenes.among(&[true, false, true, true, true]), [0, 1, 2]);
-        let more = scenes.and(&Scenes::of_groups(&names, &[["a", "e"]]).unwrap());
+        let more = scenes.and(&Scenes::from_groups(&names, &[["a", "e"]]).unwrap());
         assert_eq!(more.groups(5), [[0, 1, 3, 4]]);
         assert_eq!(more.of(17), 17);
     }

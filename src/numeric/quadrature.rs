@@ -16,6 +16,14 @@ pub const MAX_NODES: usize = 16384;
 /// A quadrature rule on [−1, 1]: ∫ f(x) dx ≈ Σ wᵢ f(xᵢ), nodes from +1 down to −1.
 ///
 /// In x = cos θ the nodes go from the north pole to the south pole, and ∫ f dx = ∫ f sin θ dθ.
+///
+/// ```
+/// use lobes::sphere::Rule;
+/// let rule = Rule::gauss_legendre(3)?;
+/// let terms = rule.nodes.iter().zip(&rule.weights).map(|(x, weight)| weight * x.powi(4));
+/// assert!((terms.sum::<f64>() - 2.0 / 5.0).abs() < 1e-15);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rule {
     /// The nodes xᵢ, descending.

@@ -31,7 +31,7 @@ impl Picture {
     /// # Errors
     /// [`Error::Contents`] for bytes that are damaged, claim too many pixels or hold a value that
     /// is not finite.
-    pub fn of_bytes(bytes: &[u8]) -> Result<Self> {
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         Self::decode(bytes).map_err(Problem::in_bytes)
     }
 

@@ -17,6 +17,20 @@ use crate::{Error, Result};
 /// `read_noise`²: shot noise and the sensor's own. Then values are clipped to [0, 1], encoded as
 /// sRGB in 8 bits and compressed. What is behind the sphere is a wall of its mean colour.
 /// Vignetting, a lens's flare, the colour filter's mosaic and a maker's tone curve are left out.
+///
+/// ```
+/// use lobes::picture::Photograph;
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let photograph = Photograph::default().take(&image, 1)?;
+/// assert_eq!(photograph.size(), image.size());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Photograph {
     /// Where the mean luminance comes to lie.

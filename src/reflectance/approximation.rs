@@ -16,6 +16,13 @@ pub const MAX_SIGMA: f64 = 0.5;
 pub const MIN_OBLIQUE_COSINE: f64 = 0.1;
 
 /// A value and how far the truth may lie from it.
+///
+/// ```
+/// use lobes::reflectance::{Variant, approximation};
+/// let peak = approximation::gaussian(Variant::Duer, 0.1, 0)?;
+/// assert_eq!(peak.value, 1.0);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approximation {
     /// The value.
@@ -97,6 +104,13 @@ pub fn series(variant: Variant, sigma: f64, degree: usize) -> Result<Approximati
 }
 
 /// The round part of a lobe about the mirror direction.
+///
+/// ```
+/// use lobes::reflectance::{Variant, approximation};
+/// let round = approximation::oblique(Variant::Duer, 0.1, 1.0, 8)?;
+/// assert!(round.values[8] < round.values[0]);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Oblique {
     /// `b_0 … b_lmax`.

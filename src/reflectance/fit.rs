@@ -44,6 +44,12 @@ pub enum Widths {
 }
 
 /// A parameter as fitted.
+///
+/// ```
+/// use lobes::reflectance::fit::Estimate;
+/// let sigma = Estimate { value: 0.1, standard_error: 0.002 };
+/// println!("σ = {:.3} ± {:.3}", sigma.value, sigma.standard_error);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimate {

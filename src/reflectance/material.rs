@@ -5,6 +5,13 @@ use super::ward::{MIN_SIGMA, Ward};
 use crate::{Error, Result};
 
 /// How rough the specular part is.
+///
+/// ```
+/// use lobes::reflectance::Roughness;
+/// assert_eq!(Roughness::from_sigma(0.0)?, Roughness::Mirror);
+/// assert_eq!(Roughness::from_sigma(0.1)?.sigma(), 0.1);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",

@@ -9,6 +9,21 @@ use crate::numeric::golden_section;
 use crate::{Error, Result};
 
 /// The kernel at one degree.
+///
+/// ```
+/// use lobes::harmonics::{Coefficients, convolve_zonal};
+/// use lobes::reflectance::recover::recover_kernel;
+/// let mut light = Coefficients::zeros(2);
+/// light.set(2, 0, 1.0)?;
+/// light.set(2, 1, 2.0)?;
+/// let mut reflected = light.clone();
+/// convolve_zonal(&mut reflected, &[1.0, 0.75, 0.5])?;
+/// let kernel = recover_kernel(&light, &reflected)?;
+/// assert!((kernel[2].value - 0.5).abs() < 1e-15);
+/// // The light has no power at degree 1.
+/// assert!(kernel[1].standard_error.is_infinite());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KernelEstimate {
     /// `k_l = Λ_l ρ̂_l`, by which `B_lm = k_l L_lm`.

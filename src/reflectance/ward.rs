@@ -18,6 +18,13 @@ use crate::{Error, Result};
 pub const MIN_SIGMA: f64 = 1e-6;
 
 /// A light drawn from a lobe.
+///
+/// ```
+/// use lobes::{glam::DVec3, reflectance::{Variant, Ward}};
+/// let sample = Ward::isotropic(Variant::Duer, 0.1)?.sample(DVec3::Z, [0.25, 0.5]);
+/// assert!((sample.light.length() - 1.0).abs() < 1e-15 && sample.weight > 0.0);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// The direction to the light, of unit length. Below the horizon where `weight` is 0.

@@ -5,6 +5,14 @@ use glam::DVec3;
 use crate::{Error, Result};
 
 /// A point of the sphere as the camera sees it: unit vectors in the world frame.
+///
+/// ```
+/// use lobes::{glam::DVec3, reflection::Camera};
+/// let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// let middle = camera.pixel(3, 1, 1).unwrap();
+/// assert_eq!((middle.normal, middle.view), (DVec3::Z, DVec3::Z));
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShadingPoint {
     /// The sphere's normal there.

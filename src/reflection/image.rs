@@ -5,6 +5,15 @@ use crate::error::check_length;
 use crate::{Error, Result};
 
 /// A square picture of a sphere in linear RGB; pixels whose centre misses the sphere hold nothing.
+///
+/// ```
+/// use lobes::{glam::DVec3, reflection::{Camera, SphereImage}};
+/// let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// let image = SphereImage::new(camera, 8, vec![[0.5; 3]; 64])?;
+/// assert_eq!(image.get(4, 4), Some([0.5; 3]));
+/// assert_eq!(image.get(0, 0), None); // a corner misses the sphere
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SphereImage {
     camera: Camera,

@@ -19,6 +19,11 @@ use crate::sphere::Rule;
 const BLOCK: usize = 16;
 
 /// Where the camera stands: on the axis of the view, at which distance.
+///
+/// ```
+/// use lobes::reflection::Viewpoint;
+/// assert_eq!(Viewpoint::Orthographic.limb(), std::f64::consts::FRAC_PI_2);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",

@@ -106,6 +106,21 @@ pub struct Rendering {
 }
 
 /// A map prepared for rendering.
+///
+/// ```
+/// use lobes::{Parallelism, glam::DVec3, illumination::EnvironmentMap};
+/// use lobes::{reflectance::{Material, Variant}, reflection::{Camera, Renderer, Settings}};
+/// let map = EnvironmentMap::new("even", 64, 32, vec![[1.0; 3]; 64 * 32])?;
+/// let renderer = Renderer::new(&map, Parallelism::Sequential)?;
+/// let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// let settings = Settings { size: 8, ..Settings::default() };
+/// let lobe = Variant::default();
+/// let one_thread = Parallelism::Sequential;
+/// let rendering = renderer.render(&Material::white(), lobe, &camera, &settings, one_thread)?;
+/// // A white sphere in light that is the same from everywhere is not to be seen.
+/// assert!((rendering.image.get(4, 4).unwrap()[0] - 1.0).abs() < 1e-3);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Renderer {
     map: EnvironmentMap,

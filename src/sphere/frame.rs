@@ -36,6 +36,12 @@ pub(crate) fn from_map(map: DVec3) -> DVec3 {
 }
 
 /// A right-handed orthonormal frame, as its three axes in the world.
+///
+/// ```
+/// use lobes::{glam::DVec3, sphere::Frame};
+/// let frame = Frame::about(DVec3::Y);
+/// assert_eq!(frame.to_local(DVec3::Y), DVec3::Z);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// The world direction of the local +x.

@@ -11,6 +11,12 @@ use crate::numeric::quadrature::{Rule, cos_turn};
 use crate::{Error, Result};
 
 /// How the colatitudes of a [`Grid`] are chosen.
+///
+/// ```
+/// use lobes::sphere::{Grid, Latitudes};
+/// assert_eq!(Grid::fejer(4, 8)?.latitudes(), Latitudes::Fejer);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Latitudes {

@@ -13,6 +13,12 @@ use crate::{Error, Result};
 /// A point of the picture is (u, v) in \[0, 1\]²: u from the left, v from the top. The centre of
 /// pixel (row, column) is ((column + ½)/width, (row + ½)/height). Directions are in the world
 /// frame, y up; "ahead" is −z, and then +x is to the right.
+///
+/// ```
+/// use lobes::{glam::DVec3, sphere::Mapping};
+/// let ahead = Mapping::LatLong.direction(0.5, 0.5).unwrap();
+/// assert!((ahead - DVec3::NEG_Z).length() < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Mapping {
     /// Latitude and longitude, 2:1. θ = πv from +y, azimuth 2π(u − ½) from −z towards +x. Ahead is

@@ -750,11 +750,11 @@ const ADOBE_D50: [[f64; 3]; 3] = [
 ];
 
 fn seen(bytes: &[u8]) -> [f64; 3] {
-    lobes::picture::Picture::of_bytes(bytes).unwrap().pixels()[0]
+    lobes::picture::Picture::from_bytes(bytes).unwrap().pixels()[0]
 }
 
 fn unseen(bytes: &[u8]) -> String {
-    let message = lobes::picture::Picture::of_bytes(bytes)
+    let message = lobes::picture::Picture::from_bytes(bytes)
         .unwrap_err()
         .to_string();
     assert!(
@@ -886,7 +886,7 @@ fn every_kind_of_png_is_read() {
     use png::ColorType::{Grayscale, GrayscaleAlpha, Indexed, Rgba};
     let linear = |code: f64| files::linear_of_srgb(code);
     let of = |colour, depth, width, codes: &[u8]| {
-        lobes::picture::Picture::of_bytes(&png_row(colour, depth, width, codes, &[], &[], None))
+        lobes::picture::Picture::from_bytes(&png_row(colour, depth, width, codes, &[], &[], None))
             .unwrap()
     };
     for (depth, byte, expected) in [
@@ -916,7 +916,7 @@ fn every_kind_of_png_is_read() {
         .unwrap();
     writer.finish().unwrap();
     assert!(bytes.len() < 4096 * 2048 / files::MOST_PIXELS_PER_BYTE);
-    let picture = lobes::picture::Picture::of_bytes(&bytes).unwrap();
+    let picture = lobes::picture::Picture::from_bytes(&bytes).unwrap();
     assert_eq!(
         (picture.width(), picture.pixels()[4096 * 2048 - 1]),
         (4096, [1.0; 3])
@@ -924,7 +924,7 @@ fn every_kind_of_png_is_read() {
     // Cut off, wherever.
     for end in (0..bytes.len()).step_by(37) {
         assert!(
-            lobes::picture::Picture::of_bytes(&bytes[..end]).is_err(),
+            lobes::picture::Picture::from_bytes(&bytes[..end]).is_err(),
             "{end}"
         );
     }
@@ -987,7 +987,7 @@ const ADAM7: [[usize; 4]; 7] = [
 
 #[test]
 fn interlaced_pngs_are_read_pixel_by_pixel() {
-    let of = |bytes: &[u8]| lobes::picture::Picture::of_bytes(bytes).unwrap();
+    let of = |bytes: &[u8]| lobes::picture::Picture::from_bytes(bytes).unwrap();
     // Of some sizes there is nothing in some of the passes.
     for (width, height) in [(1, 1), (3, 2), (5, 5), (9, 11), (16, 8)] {
         let code = |row: usize, column: usize| [7 * row, 13 * column, row * width + column];
@@ -1023,7 +1023,7 @@ fn interlaced_pngs_are_read_pixel_by_pixel() {
         // Cut off, wherever.
         let bytes = png_of(w, h, true, &rows);
         for end in (0..bytes.len() - 12).step_by(11) {
-            assert!(lobes::picture::Picture::of_bytes(&bytes[..end]).is_err());
+            assert!(lobes::picture::Picture::from_bytes(&bytes[..end]).is_err());
         }
     }
 }
@@ -1050,7 +1050,7 @@ fn orientation_turns_and_mirrors_a_picture_of_many_pixels() {
             .collect();
         writer.write_image_data(&codes).unwrap();
         writer.finish().unwrap();
-        let picture = lobes::picture::Picture::of_bytes(&bytes).unwrap();
+        let picture = lobes::picture::Picture::from_bytes(&bytes).unwrap();
         // What is seen, rows from the top, as names.
         let expected: &[&[u8]] = match orientation {
             1 => &[&[0, 1, 2], &[10, 11, 12]],
@@ -1099,7 +1099,7 @@ fn orientation_is_undone_wherever_it_stands() {
                 after,
                 None,
             );
-            let picture = lobes::picture::Picture::of_bytes(&bytes).unwrap();
+            let picture = lobes::picture::Picture::from_bytes(&bytes).unwrap();
             let size = if orientation > 4 { (1, 2) } else { (2, 1) };
             assert_eq!((picture.width(), picture.height()), size, "{orientation}");
             // TIFF 6: where the first row and the first column of what is stored are to be seen. Of
@@ -1131,7 +1131,7 @@ fn jpeg(set: impl Fn(&mut image::codecs::jpeg::JpegEncoder<&mut Vec<u8>>)) -> Ve
 #[test]
 fn damaged_jpegs_are_refused() {
     let whole = jpeg(|_| ());
-    let decoded = |bytes: &[u8]| lobes::picture::Picture::of_bytes(bytes);
+    let decoded = |bytes: &[u8]| lobes::picture::Picture::from_bytes(bytes);
     assert!(decoded(&whole).is_ok());
     let scan = whole.windows(2).position(|w| w == [0xff, 0xda]).unwrap() + 14;
     for end in (0..whole.len()).step_by(53).chain([whole.len() - 1]) {
@@ -1200,7 +1200,7 @@ fn progressive_jpegs_are_read_whole_or_not_at_all() {
     let bytes: Vec<u8> = (0..PROGRESSIVE.len() / 2)
         .map(|i| u8::from_str_radix(&PROGRESSIVE[2 * i..2 * i + 2], 16).unwrap())
         .collect();
-    let picture = lobes::picture::Picture::of_bytes(&bytes).unwrap();
+    let picture = lobes::picture::Picture::from_bytes(&bytes).unwrap();
     for (row, column, expected) in [(3, 5, [67, 230, 89]), (17, 24, [190, 113, 225])] {
         let pixel = picture.pixels()[row * 28 + column];
         for (value, code) in pixel.into_iter().zip(expected) {
@@ -1214,7 +1214,7 @@ fn progressive_jpegs_are_read_whole_or_not_at_all() {
     assert!(scans.len() > 5);
     for end in 0..bytes.len() {
         assert!(
-            lobes::picture::Picture::of_bytes(&bytes[..end]).is_err(),
+            lobes::picture::Picture::from_bytes(&bytes[..end]).is_err(),
             "{end}"
         );
     }
@@ -1225,7 +1225,10 @@ fn progressive_jpegs_are_read_whole_or_not_at_all() {
             .find(|i| bytes[*i] == 0xff && bytes[*i + 1] != 0)
             .unwrap_or(pair[1]);
         cut.drain(next - 2..next);
-        assert!(lobes::picture::Picture::of_bytes(&cut).is_err(), "{pair:?}");
+        assert!(
+            lobes::picture::Picture::from_bytes(&cut).is_err(),
+            "{pair:?}"
+        );
     }
 }
 

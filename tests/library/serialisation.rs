@@ -294,7 +294,7 @@ fn training_sets_come_back_and_name_what_they_have() {
         named: Dataset {
             materials: names(&["matte", "metal"]),
             illuminations: names(&["hall", "street", "hall at night"]),
-            scenes: Scenes::of_groups(
+            scenes: Scenes::from_groups(
                 &["hall", "street", "hall at night"],
                 &[["hall", "hall at night"]],
             )

@@ -46,7 +46,7 @@ fn maps_that_stand_twice_leak_and_scenes_do_not() {
         .map(|i| [format!("{}", 2 * i), format!("{}", 2 * i + 1)])
         .collect();
     let names: Vec<String> = (0..24).map(|i| i.to_string()).collect();
-    let pairs = Scenes::of_groups(&names, &groups).unwrap();
+    let pairs = Scenes::from_groups(&names, &groups).unwrap();
     let accuracy = |data: &Dataset<Vec<f64>>| {
         let features = data.observations.iter().map(|o| o.view.clone()).collect();
         let nearest = NearestNeighbour::plain(features, &data.labels(), 2).unwrap();
@@ -93,7 +93,7 @@ fn inner_loops_leave_scenes_out() {
     let places = [1, 2, 3, 1, 2, 3];
     let names: Vec<String> = (0..6).map(|i| i.to_string()).collect();
     let groups = [["0", "3"], ["1", "4"], ["2", "5"]];
-    let pairs = Scenes::of_groups(&names, &groups).unwrap();
+    let pairs = Scenes::from_groups(&names, &groups).unwrap();
     let run = |scenes: &Scenes| {
         let data = pictures(&places, scenes.clone());
         let honest = Honest {
@@ -107,7 +107,7 @@ fn inner_loops_leave_scenes_out() {
     assert!(run(&pairs).is_ok());
     assert!(run(&Scenes::default()).is_err());
     // Of two scenes a fold has one, and the inner loop needs two.
-    let few = Scenes::of_groups(&names, &[vec!["0", "3", "1", "4"], vec!["2", "5"]]).unwrap();
+    let few = Scenes::from_groups(&names, &[vec!["0", "3", "1", "4"], vec!["2", "5"]]).unwrap();
     assert!(run(&few).is_err());
 }
 
@@ -146,7 +146,7 @@ fn posteriors_leave_scenes_out() {
         .map(|i| [i.to_string(), (i + 4).to_string()])
         .collect();
     let names: Vec<String> = (0..8).map(|i| i.to_string()).collect();
-    let pairs = Scenes::of_groups(&names, &groups).unwrap();
+    let pairs = Scenes::from_groups(&names, &groups).unwrap();
     let medians = |copies: usize, scenes: &Scenes| -> Vec<f64> {
         let samples = samples(copies);
         let learned = LearnedPosterior::new(
