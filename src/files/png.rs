@@ -21,7 +21,30 @@ fn problem(error: DecodingError) -> Problem {
     }
 }
 
+/// The matrix coefficients that a cICP before the pixels says, by which colour is luma and chroma.
+fn matrix_coefficients(bytes: &[u8]) -> Option<u8> {
+    // The signature, then chunks: length, name, data and a checksum.
+    let mut rest = bytes.get(8..)?;
+    loop {
+        let length: [u8; 4] = rest.get(..4)?.try_into().ok()?;
+        match rest.get(4..8)? {
+            b"cICP" => return rest.get(10).copied(),
+            b"IDAT" => return None,
+            _ => rest = rest.get((u32::from_be_bytes(length) as usize).checked_add(12)?..)?,
+        }
+    }
+}
+
 pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
+    // The decoder would call it invalid data.
+    if let Some(code @ 1..) = matrix_coefficients(bytes) {
+        return Err(Problem::new(
+            format!(
+                "the picture's cICP says the matrix coefficients number {code}, of luma and chroma, where a PNG has RGB, number 0"
+            ),
+            "convert it to sRGB",
+        ));
+    }
     let limits = Limits {
         bytes: 16 * MOST_PIXELS,
     };
@@ -107,18 +130,11 @@ fn space(info: &Info<'_>, grey: bool) -> Result<Space, Problem> {
         };
         let primaries = Primaries::numbered(points.color_primaries);
         return match primaries {
-            Some(_) if points.matrix_coefficients != 0 => Err(Problem::new(
-                format!(
-                    "the picture's cICP says the matrix coefficients number {}: its codes would be luma and chroma, where PNG's are RGB, which is number 0",
-                    points.matrix_coefficients
-                ),
-                "convert it to sRGB",
-            )),
-            Some(_) if !points.is_video_full_range_image => Err(Problem::new(
+            Some(primaries) if points.is_video_full_range_image => Space::of(curve, primaries),
+            Some(_) => Err(Problem::new(
                 "the picture's cICP says that its codes are no RGB of full range",
                 "convert it to sRGB",
             )),
-            Some(primaries) => Space::of(curve, primaries),
             None => Err(Problem::new(
                 format!(
                     "the picture's cICP says the primaries number {}, which are not read here",
