@@ -30,7 +30,7 @@ pub(super) fn contracts() -> Vec<Contract> {
             oracle: Oracle::Snapshot("lambert"),
             domain: "nine even degrees from 2^20 + 2 to 2^53",
             metric: Metric::Relative,
-            bound: 2e-15,
+            bound: 1e-15,
             why: "a closed form of some ten roundings",
             loose: None,
             measure: lambert_far,
