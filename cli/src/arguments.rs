@@ -440,7 +440,7 @@ The keys of --json, an object a picture:
   grey           whether it has no colour, and was judged without
   distance       how far the camera is, in radii of the sphere, or null where that is not known")]
 pub(super) struct Classify {
-    /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG or JPEG; a folder stands
+    /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG, JPEG, WebP or TIFF; a folder stands
     /// for the pictures in it, and - for standard input.
     #[arg(required = true, value_name = "IMAGE")]
     pub(super) images: Vec<PathBuf>,

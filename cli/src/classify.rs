@@ -141,7 +141,9 @@ fn of_file(path: &Path, error: &Error) -> Error {
 
 /// The files, folders replaced by the pictures in them.
 fn expand(images: &[PathBuf]) -> Result<Vec<PathBuf>> {
-    const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "exr", "hdr", "pic", "pfm"];
+    const ENDINGS: [&str; 10] = [
+        "png", "jpg", "jpeg", "webp", "tif", "tiff", "exr", "hdr", "pic", "pfm",
+    ];
     let mut paths = Vec::new();
     for image in images {
         if !image.is_dir() {

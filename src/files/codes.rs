@@ -1,4 +1,4 @@
-//! Pictures of codes, PNG and JPEG: what their codes mean.
+//! Pictures of codes, PNG, JPEG, WebP and TIFF: what their codes mean.
 
 use moxcms::{ColorProfile, DataColorSpace, ToneCurveEvaluator, ToneReprCurve};
 use nalgebra::Matrix3;
@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 use super::primaries::{Primaries, ToRec709};
 use super::{Problem, linear_of_srgb};
 
-/// What a PNG or JPEG holds.
+/// What a PNG, JPEG, WebP or TIFF holds.
 pub(crate) struct Coded {
     pub(crate) width: usize,
     pub(crate) height: usize,
@@ -14,10 +14,36 @@ pub(crate) struct Coded {
     /// converted.
     pub(crate) pixels: Vec<[f64; 3]>,
     pub(crate) mask: Option<Vec<f64>>,
-    /// The linear value of a code of 252/255.
-    pub(crate) ceiling: f64,
-    /// EXIF, as TIFF.
-    pub(crate) exif: Option<Vec<u8>>,
+    /// The linear value of a code of 252/255; nothing for radiance, which floats are.
+    pub(crate) ceiling: Option<f64>,
+    pub(crate) said: Said,
+}
+
+/// What EXIF says of a picture; 0 is nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Said {
+    /// How it is to be turned, 1 … 8.
+    pub(crate) orientation: u32,
+    /// The focal length in millimetres, on film of 36 × 24 mm.
+    pub(crate) focal_length_on_film: u32,
+}
+
+impl Said {
+    /// By EXIF as it stands in a file: a TIFF, in some files after its name.
+    pub(super) fn of_exif(raw: &[u8]) -> Self {
+        let raw = raw.strip_prefix(b"Exif\0\0").unwrap_or(raw);
+        let Ok(exif) = exif::Reader::new().read_raw(raw.to_vec()) else {
+            return Self::default();
+        };
+        let number = |tag| {
+            let field = exif.get_field(tag, exif::In::PRIMARY);
+            field.and_then(|field| field.value.get_uint(0)).unwrap_or(0)
+        };
+        Self {
+            orientation: number(exif::Tag::Orientation),
+            focal_length_on_film: number(exif::Tag::FocalLengthIn35mmFilm),
+        }
+    }
 }
 
 /// JPEG smears the last few codes: from this one on a pixel counts as saturated.
@@ -47,6 +73,12 @@ pub(super) struct Space {
 impl Space {
     pub(super) const SRGB: Self = Self {
         curve: Curve::Srgb,
+        to_rec709: None,
+    };
+
+    /// Linear Rec. 709.
+    pub(super) const LINEAR: Self = Self {
+        curve: Curve::Linear,
         to_rec709: None,
     };
 
@@ -133,6 +165,35 @@ impl Space {
         }
     }
 
+    /// A picture of floats, which are linear: only a profile whose curve is none is heeded.
+    pub(super) fn radiance(
+        &self,
+        [width, height]: [usize; 2],
+        mut pixels: Vec<[f64; 3]>,
+        mask: Option<Vec<f64>>,
+    ) -> Result<Coded, Problem> {
+        let bent = |code: f64| self.linear(code).iter().any(|v| (v - code).abs() > 2e-3);
+        if (0..=16).any(|i| bent(f64::from(i) / 16.0)) {
+            return Err(Problem::new(
+                "the picture is of floats, and its ICC profile says that they are not linear",
+                "store it with a linear profile, or as 16 bits",
+            ));
+        }
+        if let Some(matrix) = &self.to_rec709 {
+            for rgb in &mut pixels {
+                *rgb = matrix.apply(*rgb);
+            }
+        }
+        Ok(Coded {
+            width,
+            height,
+            pixels,
+            mask,
+            ceiling: None,
+            said: Said::default(),
+        })
+    }
+
     /// A picture of the size, of red, green, blue and alpha of each pixel as codes up to `most`.
     pub(super) fn picture(
         &self,
@@ -163,8 +224,8 @@ impl Space {
             height,
             pixels,
             mask: has_alpha.then_some(mask),
-            ceiling: self.linear(SATURATED).into_iter().fold(1.0, f64::min),
-            exif: None,
+            ceiling: Some(self.linear(SATURATED).into_iter().fold(1.0, f64::min)),
+            said: Said::default(),
         }
     }
 }

@@ -7,7 +7,7 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
-use super::codes::{Coded, Curve, Space};
+use super::codes::{Coded, Curve, Said, Space};
 use super::primaries::Primaries;
 use super::{Problem, check_size};
 
@@ -24,10 +24,11 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
         .decode()
         .map_err(|error| Problem::corrupt(format!("{error:?}").replace('\n', " ")))?;
     let grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
-    let exif = decoder.exif().cloned();
-    let space = match decoder.icc_profile() {
+    let profile = decoder.icc_profile();
+    let exif = decoder.exif().map(Vec::as_slice);
+    let space = match profile {
         Some(profile) => Space::of_profile(&profile, grey)?,
-        None if exif.as_deref().is_some_and(says_adobe_rgb) => {
+        None if exif.is_some_and(says_adobe_rgb) => {
             let adobe = Primaries {
                 green: [0.21, 0.71],
                 ..Primaries::REC709
@@ -44,7 +45,10 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
         .iter()
         .map(|[r, g, b]| [*r, *g, *b, 255].map(u16::from));
     let picture = space.picture([width, height], 255, false, codes);
-    Ok(Coded { exif, ..picture })
+    Ok(Coded {
+        said: exif.map(Said::of_exif).unwrap_or_default(),
+        ..picture
+    })
 }
 
 /// Whether EXIF says Adobe RGB (1998), as cameras do: colour space "uncalibrated" and the option

@@ -11,6 +11,8 @@ mod pfm;
 mod png;
 mod primaries;
 mod srgb;
+mod tiff;
+mod webp;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -304,14 +306,32 @@ pub(crate) fn decode_problem(bytes: &[u8]) -> std::result::Result<Picture, Probl
     Ok(decode_all(bytes)?.whole()?.picture)
 }
 
-/// What a PNG or JPEG holds; nothing if the bytes are neither.
+/// What a PNG, JPEG, WebP or TIFF holds; nothing if the bytes are none of these.
+///
+/// HEIC and AVIF, for which there is no maintained decoder in Rust alone, are told apart to say so.
 pub(crate) fn decode_codes(bytes: &[u8]) -> Option<std::result::Result<Coded, Problem>> {
     if bytes.starts_with(&[0x89, b'P', b'N', b'G']) {
         Some(png::decode(bytes))
     } else if bytes.starts_with(&[0xff, 0xd8]) {
         Some(jpeg::decode(bytes))
+    } else if webp::recognises(bytes) {
+        Some(webp::decode(bytes))
+    } else if tiff::recognises(bytes) {
+        Some(tiff::decode(bytes))
     } else {
-        None
+        let brand = bytes.get(4..12)?.strip_prefix(b"ftyp")?;
+        let name = match brand {
+            b"avif" | b"avis" => "AVIF",
+            b"heic" | b"heix" | b"heim" | b"heis" | b"hevc" | b"hevx" | b"mif1" | b"msf1" => "HEIC",
+            _ => return None,
+        };
+        Some(Err(Problem::new(
+            format!("the file is {name}, which is not read here"),
+            format!(
+                "convert it to JPEG or PNG, for example by ImageMagick (magick picture.{} picture.png)",
+                name.to_lowercase()
+            ),
+        )))
     }
 }
 

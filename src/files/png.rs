@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Transformations};
 
-use super::codes::{Coded, Curve, Space};
+use super::codes::{Coded, Curve, Said, Space};
 use super::primaries::Primaries;
 use super::{MOST_PIXELS, Problem, check_size};
 
@@ -75,7 +75,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
         ColorType::Indexed => return Err(Problem::corrupt("its palette is missing")),
     };
     let space = space(info, grey)?;
-    let exif = info.exif_metadata.as_ref().map(|exif| exif.to_vec());
+    let exif = info.exif_metadata.as_deref();
+    let said = exif.map(Said::of_exif).unwrap_or_default();
     let wide = frame.bit_depth == BitDepth::Sixteen;
     let most = if wide { u16::MAX } else { 255 };
     let code = |index: usize| {
@@ -100,7 +101,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
         }
     });
     let picture = space.picture([width, height], most, has_alpha, codes);
-    Ok(Coded { exif, ..picture })
+    Ok(Coded { said, ..picture })
 }
 
 /// What the codes mean, by the first of cICP, iCCP, sRGB, and gAMA with cHRM that the file has

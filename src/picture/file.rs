@@ -7,14 +7,19 @@ use crate::files::{self, Coded, Problem};
 use crate::{Error, Result};
 
 impl Picture {
-    /// Reads a picture: linear OpenEXR, Radiance or PFM, or PNG or JPEG of up to 16 bits.
+    /// Reads a picture: linear OpenEXR, Radiance or PFM, PNG, JPEG, WebP, or TIFF of 8 bits, 16 bits
+    /// or floats.
     ///
     /// Codes are sRGB's unless the file says otherwise: cICP, iCCP and gAMA with cHRM of a PNG, an
-    /// ICC profile of a JPEG or its EXIF's Adobe RGB. What is said by curves and a matrix is
+    /// ICC profile of a JPEG, WebP or TIFF, a JPEG's EXIF with Adobe RGB. What is said by curves and a matrix is
     /// converted to Rec. 709 ([`files::read`](crate::files::read) has how); profiles of tables, PQ
     /// and HLG, and CMYK are refused. gAMA 0.45455 with sRGB's primaries is sRGB, since that is
     /// what the standard has sRGB's writers say besides. What an OpenEXR file lacks of its display
     /// window is black, and transparent where there is an alpha channel.
+    ///
+    /// Floats of a TIFF are linear radiance. Of several pictures in a WebP or TIFF the first is read.
+    /// The gain map of an Ultra HDR JPEG is left aside: its picture is read as it is without.
+    /// HEIC and AVIF are refused with a sentence that says how to convert them.
     ///
     /// An alpha channel is the mask; EXIF's orientation is undone, and its focal length on film of
     /// 36 × 24 mm is used where present.
@@ -42,7 +47,7 @@ impl Picture {
         }
         if !files::is_linear(bytes) {
             return Err(Problem::new(
-                "the file is none of PNG, JPEG, OpenEXR, Radiance and PFM",
+                "the file is none of PNG, JPEG, WebP, TIFF, OpenEXR, Radiance and PFM",
                 "convert it to one of these",
             ));
         }
@@ -67,21 +72,20 @@ impl Picture {
 }
 
 impl Picture {
-    /// As a PNG or JPEG holds it, with what its EXIF says.
+    /// As a PNG, JPEG, WebP or TIFF holds it, with what its EXIF says.
     fn of_codes(coded: Coded) -> Result<Self> {
-        let exif = coded
-            .exif
-            .and_then(|raw| exif::Reader::new().read_raw(raw).ok());
-        let said = |tag| exif.as_ref().map_or(0, |exif| number(exif, tag));
-        let orientation = said(exif::Tag::Orientation);
+        let orientation = coded.said.orientation;
         let stored = [coded.width, coded.height];
         let ([width, height], pixels) = turned(orientation, stored, coded.pixels);
-        let mut picture = Self::decoded(width, height, pixels, coded.ceiling)?;
+        let mut picture = match coded.ceiling {
+            Some(ceiling) => Self::decoded(width, height, pixels, ceiling)?,
+            None => Self::linear(width, height, pixels)?,
+        };
         if let Some(mask) = coded.mask {
             picture = picture.with_mask(turned(orientation, stored, mask).1)?;
         }
         // Film of 36 × 24 mm has a diagonal of 43.27 mm.
-        let millimetres = said(exif::Tag::FocalLengthIn35mmFilm);
+        let millimetres = coded.said.focal_length_on_film;
         if millimetres > 0 {
             let diagonal = (width as f64).hypot(height as f64);
             let focal = f64::from(millimetres) / 36f64.hypot(24.0) * diagonal;
@@ -129,13 +133,6 @@ fn turned<T: Copy>(
         pixels[row * width + column]
     });
     (size, turned.collect())
-}
-
-/// A whole number of EXIF, 0 where there is none.
-fn number(exif: &exif::Exif, tag: exif::Tag) -> u32 {
-    exif.get_field(tag, exif::In::PRIMARY)
-        .and_then(|field| field.value.get_uint(0))
-        .unwrap_or(0)
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod adaptation;
 mod architecture;
+mod codes;
 mod documents;
 mod evidence;
 mod exchange;
