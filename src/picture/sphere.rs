@@ -61,8 +61,8 @@ impl Picture {
     }
 
     /// [`circle`](Self::circle), and what else in the picture may be a sphere: round things apart
-    /// from it, of a similar size and almost as well seen. A picture with a mask, or before a
-    /// background of one value, has one.
+    /// from it, of a similar size and almost as well seen. A picture with a mask, or of linear
+    /// radiance before a background of one value, has one.
     ///
     /// # Errors
     /// As [`circle`](Self::circle).
