@@ -5,13 +5,19 @@
     reason = "the formulas are plain text, with subscripts"
 )]
 
+mod binned;
 mod bright_lights;
 mod dataset;
 mod discriminant;
 mod evidence;
 mod expert;
+mod finish;
+mod finish_learning;
 mod learned_posterior;
+mod light_posterior;
 mod model;
+mod network;
+mod portrait;
 mod posterior;
 mod random_reflectances;
 mod reading;
@@ -21,13 +27,19 @@ mod smooth_operator;
 #[cfg(feature = "files")]
 mod training;
 
+pub use binned::Binned;
 pub use bright_lights::BrightLights;
 pub use dataset::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, Plan, View, collect};
 pub use discriminant::{Discriminant, LinearScores};
 pub use evidence::{EVIDENCE_DEGREE, Evidence, GaussianEvidence, log_sum_exp, natural_spectrum};
 pub use expert::{Expert, Stack};
+pub use finish::{FinishModel, FinishVerdict};
+pub use finish_learning::{FinishLearning, FinishSample, FinishTruth};
 pub use learned_posterior::{JudgedPosteriors, LearnedPosterior, PosteriorModel};
+pub use light_posterior::{ChannelReflectance, LightEstimate, LightReader};
 pub use model::{Model, SphereFeatures, Training, Verdict};
+pub use network::{Adam, Network};
+pub use portrait::{Portrait, PortraitReader};
 pub use posterior::{Posterior, Reflectance};
 pub use random_reflectances::{RandomReflectances, Sample, collect_random};
 pub use reading::{

@@ -11,6 +11,7 @@ mod harmonics;
 mod harmonics_partial;
 mod illumination;
 mod illumination_files;
+mod light;
 mod light_tree;
 mod mapping;
 mod outline;
