@@ -14,11 +14,13 @@ mod calibration;
 mod colour_ceiling;
 mod evaluate;
 mod experts;
+mod finishes;
 mod harness;
 mod interval;
 
 mod nearest;
 mod protocol;
+mod simulation;
 
 pub use calibration::Calibration;
 pub use colour_ceiling::{ColourCeiling, best_share, colour_ceilings};
@@ -26,7 +28,12 @@ pub use evaluate::{
     Classifier, Confusion, Evaluation, judge_leaving_one_out, leave_one_illumination_out,
 };
 pub use experts::{ColourExpert, EvidenceExpert, LogRadianceExpert, light_spectrum};
+pub use finishes::{
+    FinishShots, FinishTable, Outline, finish_cross_entropy, finish_samples, judge_finishes,
+    learned_and_judged,
+};
 pub use harness::{Harness, Method};
 pub use interval::{mcnemar, wilson};
 pub use nearest::{NearestNeighbour, Scaling};
 pub use protocol::Protocol;
+pub use simulation::{Nuisances, SimulatedPhotograph, simulate};

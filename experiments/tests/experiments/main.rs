@@ -1,6 +1,7 @@
 //! The tests of the experiments, a module a subject.
 
 mod experts;
+mod finishes;
 mod protocols;
 mod scenes;
 mod threads;

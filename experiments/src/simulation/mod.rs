@@ -1,0 +1,15 @@
+//! Simulated photographs of balls: what a model of finishes learns from and is judged on.
+//!
+//! A ball under one light shows I(x) = ρ_d(x) D(x) + ρ_s(x) S_σ(x), D what a white Lambertian ball
+//! shows and S_σ what Ward's lobe alone does, both rendered once. So any albedo that varies costs a
+//! product a pixel, and a normal that is tilted shows D and S where a plain ball has that normal.
+//! Everything is drawn by `Pcg64` from a seed.
+
+mod camera;
+mod draw;
+mod light;
+mod noise;
+mod photograph;
+mod surface;
+
+pub use photograph::{Nuisances, SimulatedPhotograph, simulate};
