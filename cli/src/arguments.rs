@@ -40,6 +40,14 @@ fn up_to_1024(text: &str) -> Result<NonZeroUsize, String> {
     }
 }
 
+/// A count of pictures, none of which is kept.
+fn up_to_a_million(text: &str) -> Result<NonZeroUsize, String> {
+    match text.parse::<NonZeroUsize>() {
+        Ok(count) if count.get() <= 1_000_000 => Ok(count),
+        _ => Err("give a whole number from 1 to 1000000".into()),
+    }
+}
+
 const AFTER: &str = "\
 Examples:
   lobes reproduce
@@ -60,7 +68,7 @@ variable NO_COLOR takes colour away.";
 pub(super) enum Verb {
     /// The paper's figures and accuracy table, as a page, from maps of real light.
     Reproduce(Reproduce),
-    /// The material, and the reflectance, of the sphere in each picture.
+    /// The finish and the reflectance of the ball in each picture, and its name if asked for.
     Classify(Classify),
     /// Power spectra of light: the k / l^(2+η) fit, whiteness, and what clipping does.
     Spectrum(Spectrum),
@@ -72,6 +80,8 @@ pub(super) enum Verb {
     List(List),
     /// The accuracy contracts, measured: the contents of ACCURACY.md.
     Accuracy(Accuracy),
+    /// How often the finish of a photographed ball is told right, on simulated photographs.
+    Finishes(Finishes),
     /// What a shell needs to complete the command's arguments.
     Completions(Completions),
     /// The manual page of the command, or of a verb.
@@ -336,6 +346,41 @@ pub(super) struct Fit {
     pub(super) plot: Option<PathBuf>,
 }
 
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes finishes
+  lobes finishes --judge 40 --seed 5 --json
+  lobes finishes --picture photographs.png
+  lobes finishes --write docs/explanation/photographs.md
+  lobes finishes --learn data/models --write docs/explanation/photographs.md")]
+pub(super) struct Finishes {
+    /// In how many lights balls are photographed for each row of the table, four balls in each.
+    #[arg(long, value_name = "N", default_value = "150", value_parser = up_to_a_million)]
+    pub(super) judge: NonZeroUsize,
+    /// The seed of the photographs that are judged [default: 77].
+    #[arg(long, value_name = "SEED")]
+    pub(super) seed: Option<u64>,
+    /// Write the table into a Markdown file, between its two marks.
+    #[arg(long, value_name = "FILE")]
+    pub(super) write: Option<PathBuf>,
+    /// Write a sheet of the photographs that are judged, as PNG, and do nothing else.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["write", "learn"])]
+    pub(super) picture: Option<PathBuf>,
+    /// Make the model anew, write it into this folder, and judge it.
+    #[arg(long, value_name = "DIR")]
+    pub(super) learn: Option<PathBuf>,
+    /// In how many lights balls are photographed to learn from.
+    #[arg(long, value_name = "N", default_value = "1800", requires = "learn", value_parser = up_to_a_million)]
+    pub(super) lights: NonZeroUsize,
+    /// How many balls in each of them.
+    #[arg(long, value_name = "N", default_value = "28", requires = "learn", value_parser = up_to_1024)]
+    pub(super) balls: NonZeroUsize,
+    /// How often each photograph is learned from.
+    #[arg(long, value_name = "N", default_value = "10", requires = "learn", value_parser = up_to_1024)]
+    pub(super) epochs: NonZeroUsize,
+}
+
 /// What `--protocol` names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Protocols {
@@ -422,28 +467,50 @@ fn svg(text: &str) -> Result<PathBuf, String> {
 Examples:
   lobes classify photo.jpg
   lobes classify photo.jpg --circle 812,604,390
+  lobes classify ball.png --names
   lobes classify pictures --json > answers.jsonl
+  lobes classify ball.jpg --pbr ball.gltf
+  lobes classify ball.jpg --light light.exr
   lobes classify pictures --report --out pages
 
 The keys of --json, an object a picture:
-  file           the picture; with error, in place of all else, where it could not be read
-  material       the likeliest material, or null where none of these is likelier
-  probabilities  the probability of each material; with none they add up to 1
-  none           the probability that it is none of these
-  sigma, share   the roughness and the specular share ρs / (ρs + ρd), whatever the name: the median, and the low and high end of
-                 the interval that holds the truth with a probability of 90 %
-  mode           the likeliest pair of the two
-  circle         where the sphere is: x, y and radius in pixels
-  found          whether it was found in the picture, not given by --circle or by a mask
-  others         circles that may be spheres too
-  saturated      the share of the sphere's pixels that are saturated
-  grey           whether it has no colour, and was judged without
-  distance       how far the camera is, in radii of the sphere, or null where that is not known")]
+  file              the picture; with error, in place of all else, where it could not be read
+  finish            the likeliest finish, or null where \"no single finish\" is likelier
+  finishes          the probability of each finish; with no_single_finish they add up to 1
+  no_single_finish  the probability that no finish explains the ball: glass, or a picture of a ball
+  sigma, share      Ward's roughness, of a surface that is not matte, and the specular share ρs / (ρs + ρd): the median, and the low
+                    and high end of the interval that holds the truth with a probability of 90 %
+  sigma_below       0.02 where all that can be said is that σ is below it, else null
+  base_colour       the body's albedo, or a metal's reflectance, up to the light's colour: medians of red, green and blue, and the
+                    low and high ends of their 90 % intervals
+  metallic          the probability that it is a metal
+  roughness         glTF's roughness factor √σ, the median
+  names             under --names: the likeliest material or null, the probability of each, that of none of these, and the σ, share
+                    and mode that were learned beside the names
+  circle            where the sphere is: x, y and radius in pixels
+  found             whether it was found in the picture, not given by --circle or by a mask
+  others            circles that may be spheres too
+  saturated         the share of the sphere's pixels that are saturated
+  grey              whether it has no colour, and was named without
+  distance          how far the camera is, in radii of the sphere, or null where that is not known")]
 pub(super) struct Classify {
     /// Pictures, each of a sphere: linear OpenEXR, Radiance or PFM, or PNG, JPEG, WebP or TIFF; a folder stands
     /// for the pictures in it, and - for standard input.
     #[arg(required = true, value_name = "IMAGE")]
     pub(super) images: Vec<PathBuf>,
+    /// Name the material too, one of the paper's eight or of --materials. The first time, spheres
+    /// of them are rendered to learn from, which takes a minute. Implied by every option that says
+    /// what to learn from.
+    #[arg(long)]
+    pub(super) names: bool,
+    /// Write the likeliest materials for other programs: glTF (.gltf), Mitsuba (.xml) or Radiance
+    /// (.rad).
+    #[arg(long, value_name = "FILE", value_parser = exchanged)]
+    pub(super) pbr: Option<PathBuf>,
+    /// Write the light about the ball as a lat-long map, OpenEXR, and its standard deviation beside it
+    /// (light.exr and light-deviation.exr); of one picture.
+    #[arg(long = "light", value_name = "FILE", value_parser = exr)]
+    pub(super) light: Option<PathBuf>,
     #[command(flatten)]
     pub(super) materials: Materials,
     #[command(flatten)]
@@ -467,6 +534,43 @@ pub(super) struct Classify {
     /// Learn anew, without the features that an earlier run kept.
     #[arg(long)]
     pub(super) fresh: bool,
+}
+
+impl Classify {
+    /// Whether a name is asked for, by itself or by what names are learned from.
+    pub(super) fn wants_names(&self) -> bool {
+        let materials = &self.materials;
+        self.names
+            || self.fresh
+            || materials.materials.is_some()
+            || materials.as_albedos
+            || !materials.only.is_empty()
+            || self.lights.illuminations.is_some()
+    }
+}
+
+/// The name of an OpenEXR file.
+fn exr(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let ending = path
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
+    if ending == "exr" {
+        Ok(path)
+    } else {
+        Err("the light is written as OpenEXR; give a name that ends in .exr".into())
+    }
+}
+
+/// A place for materials, whose ending says in which format they are written.
+fn exchanged(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match Format::of_path(&path) {
+        Some(_) => Ok(path),
+        None => Err("give a name that ends in .gltf, .xml (Mitsuba) or .rad (Radiance)".into()),
+    }
 }
 
 #[cfg(test)]

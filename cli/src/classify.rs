@@ -1,4 +1,4 @@
-//! `lobes classify`: the material, and the reflectance, of the sphere in a picture.
+//! `lobes classify`: the finish and the reflectance of the ball in a picture, and its name.
 
 use std::path::{Path, PathBuf};
 
@@ -8,13 +8,17 @@ use crate::arguments::Classify;
 use crate::error::{Error, Result};
 use crate::output::OutputFolder;
 use crate::report::{Figure, Image, Inline, Page, posterior_map};
-use crate::{console, input, lights, materials, progress, training};
+use crate::{ball_light, console, input, lights, materials, progress, training};
 use lobes::Parallelism;
+use lobes::exchange::{self, Format};
 use lobes::illumination::Luminance;
-use lobes::inference::{Model, SphereFeatures, Verdict};
+use lobes::inference::{
+    FinishModel, FinishVerdict, Model, Portrait, PortraitReader, SphereFeatures, Verdict,
+};
 use lobes::picture::{Circle, Picture, Sphere as Cut};
 use lobes::picture::{encode_png, encode_spheres};
-use lobes::reflectance::Material;
+use lobes::reflectance::{Finish, Material};
+use lobes::reflection::SphereImage;
 
 /// A sphere as it was read.
 struct Sphere {
@@ -26,11 +30,42 @@ struct Sphere {
     /// The share of the circle that lies in the picture.
     seen: f64,
     distance: Option<f64>,
-    features: SphereFeatures,
+    portrait: Portrait,
+    /// What names are told by, where they are asked for.
+    features: Option<SphereFeatures>,
+    grey: bool,
+    /// The sphere itself, where its light is asked for.
+    image: Option<SphereImage>,
     /// A PNG of it, for the page.
     picture: Option<Vec<u8>>,
     /// A PNG that shows where it was found, and its width and height.
     overlay: Option<(Vec<u8>, (usize, usize))>,
+}
+
+/// What is said of a sphere.
+struct Answer {
+    finish: FinishVerdict,
+    name: Option<Verdict>,
+}
+
+/// What spheres are judged by.
+struct Judge {
+    reader: PortraitReader,
+    finishes: FinishModel,
+    /// Learned where names are asked for, once there is something to name.
+    names: Option<Model>,
+}
+
+impl Judge {
+    fn answer(&self, sphere: &Sphere) -> Result<Answer> {
+        let name = self.names.as_ref().zip(sphere.features.as_ref());
+        Ok(Answer {
+            finish: self.finishes.verdict(&sphere.portrait)?,
+            name: name
+                .map(|(model, features)| model.verdict(features))
+                .transpose()?,
+        })
+    }
 }
 
 /// So many pictures are read, judged and told at a time: what is kept of them does not grow with
@@ -39,57 +74,81 @@ const AT_A_TIME: usize = 128;
 
 pub(super) fn run(options: &Classify) -> Result<()> {
     let paths = expand(&options.images)?;
-    let materials = materials::load(&options.materials)?;
+    let materials = if options.wants_names() {
+        materials::load(&options.materials)?
+    } else {
+        Vec::new()
+    };
     let mut pages = Pages::new(options)?;
-    let mut learned = None;
+    let mut judge = Judge {
+        reader: PortraitReader::new()?,
+        finishes: FinishModel::builtin()?,
+        names: None,
+    };
     let alone = paths.len() == 1;
+    if options.light.is_some() && !alone {
+        return Err(Error::request(
+            format!(
+                "--light writes the light about one ball, and {} pictures are given",
+                paths.len()
+            ),
+            "give one",
+        ));
+    }
     let (mut failed, mut problem) = (0, None);
-    // Of each material, and of none of them.
-    let mut counts = vec![0; materials.len() + 1];
+    let mut counts = Counts::new(&materials);
+    let mut exported = Vec::new();
     let bar = progress::bar(paths.len(), "pictures");
     for (turn, paths) in paths.chunks(AT_A_TIME).enumerate() {
         let spheres = Parallelism::Rayon.map(paths.len(), |i| {
-            let sphere = read(&paths[i], options);
+            let sphere = read(&paths[i], options, &judge.reader);
             bar.inc(1);
             sphere
         });
-        // Learning takes a while: not where there is nothing to judge.
-        if learned.is_none() && spheres.iter().any(Result::is_ok) {
-            learned = Some(bar.suspend(|| learn(options, &materials))?);
+        // Learning takes a while: not where there is nothing to name.
+        let nameable = options.wants_names() && spheres.iter().any(Result::is_ok);
+        if nameable && judge.names.is_none() {
+            judge.names = Some(bar.suspend(|| learn(options, &materials))?);
         }
-        let verdicts = Parallelism::Rayon.map(paths.len(), |i| -> Result<Verdict> {
-            match (&spheres[i], &learned) {
-                (Ok(sphere), Some(model)) => Ok(model.verdict(&sphere.features)?),
-                (Ok(_), None) => Err(lobes::Error::Empty {
-                    what: "a verdict",
-                    needs: "a model that has learned",
-                }
-                .into()),
-                (Err(error), _) => Err(error.clone()),
-            }
+        let answers = Parallelism::Rayon.map(paths.len(), |i| match &spheres[i] {
+            Ok(sphere) => judge.answer(sphere),
+            Err(error) => Err(error.clone()),
         });
-        for (i, (path, (sphere, verdict))) in
-            paths.iter().zip(spheres.iter().zip(&verdicts)).enumerate()
+        for (i, (path, (sphere, answer))) in
+            paths.iter().zip(spheres.iter().zip(&answers)).enumerate()
         {
-            let read = match (sphere, verdict) {
-                (Ok(sphere), Ok(verdict)) => Ok((sphere, verdict)),
+            let read = match (sphere, answer) {
+                (Ok(sphere), Ok(answer)) => Ok((sphere, answer)),
                 (Err(error), _) | (_, Err(error)) => Err(error),
             };
-            if let Err(error) = read {
-                failed += 1;
-                problem = Some(of_file(path, error));
-            }
-            if let Ok((_, verdict)) = read {
-                counts[verdict.material().unwrap_or(materials.len())] += 1;
+            match read {
+                Err(error) => {
+                    failed += 1;
+                    problem = Some(of_file(path, error));
+                }
+                Ok((sphere, answer)) => {
+                    counts.add(answer);
+                    if let (Some(path), Some(image)) = (&options.light, &sphere.image) {
+                        let material = answer.finish.likeliest_material("ball")?;
+                        ball_light::write(path, image, &material)?;
+                    }
+                    if options.pbr.is_some() {
+                        let name = input::name(path);
+                        exported.push(answer.finish.likeliest_material(&name)?);
+                    }
+                }
             }
             bar.suspend(|| tell(path, &read, &materials, alone))?;
             pages.add(AT_A_TIME * turn + i + 1, path, &read, &materials)?;
         }
     }
     bar.finish_and_clear();
-    let summary = summary(&counts, failed, &materials);
+    let summary = counts.summary(failed);
     if !alone {
         console::answer(&summary);
+    }
+    if let Some(path) = options.pbr.as_deref().filter(|_| !exported.is_empty()) {
+        export(path, &exported)?;
     }
     pages.finish(&summary)?;
     match problem {
@@ -103,6 +162,19 @@ pub(super) fn run(options: &Classify) -> Result<()> {
     }
 }
 
+/// Writes materials for the program that the file's ending names, and says what it cannot express.
+fn export(path: &Path, materials: &[Material]) -> Result<()> {
+    // The ending was looked at when the command line was read.
+    let format = Format::of_path(path).unwrap_or(Format::Gltf);
+    let written = exchange::write(format, materials)?;
+    crate::output::write_file(path, written.text.as_bytes())?;
+    for note in &written.notes {
+        console::note(note.to_string());
+    }
+    console::note(format!("wrote {}", path.display()));
+    Ok(())
+}
+
 fn learn(options: &Classify, materials: &[Material]) -> Result<Model> {
     let (maps, scenes) = lights::load(&options.lights)?;
     let (lobe, turns) = (options.lobe.name, options.turns.get());
@@ -112,15 +184,15 @@ fn learn(options: &Classify, materials: &[Material]) -> Result<Model> {
 }
 
 /// What was read of a picture, or why nothing was.
-type Read<'a> = std::result::Result<(&'a Sphere, &'a Verdict), &'a Error>;
+type Read<'a> = std::result::Result<(&'a Sphere, &'a Answer), &'a Error>;
 
 /// Says what a picture shows, or what is wrong with it: of one that is alone the command itself
 /// says that.
 fn tell(path: &Path, read: &Read, learned: &[Material], alone: bool) -> Result<()> {
     match read {
-        Ok((sphere, verdict)) => {
-            console::json(&line_of_json(path, sphere, verdict, learned))?;
-            let sentence = sentence(sphere, verdict, learned);
+        Ok((sphere, answer)) => {
+            console::json(&line_of_json(path, sphere, answer, learned))?;
+            let sentence = sentence(sphere, answer, learned);
             console::answer(format!("{}: {sentence}", input::name(path)));
         }
         Err(error) => {
@@ -181,7 +253,7 @@ fn expand(images: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-fn read(path: &Path, options: &Classify) -> Result<Sphere> {
+fn read(path: &Path, options: &Classify, reader: &PortraitReader) -> Result<Sphere> {
     let photo = if input::is_standard(path) {
         Picture::from_bytes(&input::bytes()?)?
     } else {
@@ -202,7 +274,14 @@ fn read(path: &Path, options: &Classify) -> Result<Sphere> {
         saturated: sphere.saturated,
         seen: sphere.seen,
         distance: image.camera().distance(),
-        features: SphereFeatures::of(&sphere)?,
+        portrait: reader.of_sphere(&photo, circle, &sphere)?,
+        features: if options.wants_names() {
+            Some(SphereFeatures::of(&sphere)?)
+        } else {
+            None
+        },
+        grey: sphere.is_grey(),
+        image: options.light.is_some().then(|| image.clone()),
         picture: if options.report {
             Some(encode_spheres(&[image], 1, 0, exposure)?)
         } else {
@@ -233,22 +312,66 @@ fn overlay(photo: &Picture, circle: Circle, exposure: f64) -> Result<(Vec<u8>, (
     Ok((png, (width, height)))
 }
 
-/// How many pictures show what.
-fn summary(counts: &[usize], failed: usize, materials: &[Material]) -> String {
-    let names = materials
-        .iter()
-        .map(Material::name)
-        .chain(["none of these"]);
-    let mut most: Vec<(usize, &str)> = counts.iter().copied().zip(names).collect();
-    most.retain(|(count, _)| *count > 0);
-    most.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
-    let mut parts: Vec<String> = most.iter().map(|(n, name)| format!("{n} {name}")).collect();
-    if failed > 0 {
-        parts.push(format!("{failed} not read"));
-    }
-    let total = counts.iter().sum::<usize>() + failed;
-    format!("{total} pictures: {}", parts.join(", "))
+/// How many pictures show what: by name where names are asked for, else by finish.
+struct Counts {
+    names: Vec<String>,
+    of_names: bool,
+    /// Of each of the names, and of none.
+    counts: Vec<usize>,
 }
+
+impl Counts {
+    fn new(materials: &[Material]) -> Self {
+        let of_names = !materials.is_empty();
+        let mut names: Vec<String> = if of_names {
+            materials.iter().map(|m| m.name().to_owned()).collect()
+        } else {
+            Finish::ALL
+                .iter()
+                .map(|finish| finish.name().to_owned())
+                .collect()
+        };
+        names.push(
+            if of_names {
+                NONE_OF_THESE
+            } else {
+                NO_SINGLE_FINISH
+            }
+            .to_owned(),
+        );
+        Self {
+            counts: vec![0; names.len()],
+            names,
+            of_names,
+        }
+    }
+
+    fn add(&mut self, answer: &Answer) {
+        let place = if self.of_names {
+            answer.name.as_ref().and_then(Verdict::material)
+        } else {
+            let finish = answer.finish.finish();
+            finish.and_then(|finish| Finish::ALL.iter().position(|other| *other == finish))
+        };
+        self.counts[place.unwrap_or(self.names.len() - 1)] += 1;
+    }
+
+    fn summary(&self, failed: usize) -> String {
+        let mut most: Vec<(usize, &String)> =
+            self.counts.iter().copied().zip(&self.names).collect();
+        most.retain(|(count, _)| *count > 0);
+        most.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+        let mut parts: Vec<String> = most.iter().map(|(n, name)| format!("{n} {name}")).collect();
+        if failed > 0 {
+            parts.push(format!("{failed} not read"));
+        }
+        let total = self.counts.iter().sum::<usize>() + failed;
+        format!("{total} pictures: {}", parts.join(", "))
+    }
+}
+
+const NONE_OF_THESE: &str = "none of these";
+const NO_SINGLE_FINISH: &str = "no single finish";
 
 /// Whether the pictures of two materials differ by their exposure only: one finish, and albedos
 /// that are the same multiple of the other's.
@@ -266,40 +389,91 @@ fn interval(quantile: impl Fn(f64) -> f64) -> [f64; 3] {
     [0.05, 0.5, 0.95].map(quantile)
 }
 
-fn sentence(sphere: &Sphere, verdict: &Verdict, materials: &[Material]) -> String {
-    let mut order: Vec<usize> = (0..materials.len()).collect();
-    order.sort_by(|&a, &b| verdict.probabilities[b].total_cmp(&verdict.probabilities[a]));
-    let mut answers: Vec<(f64, &str)> = order
-        .iter()
-        .take(3)
-        .map(|&i| (verdict.probabilities[i], materials[i].name()))
-        .collect();
-    answers.push((verdict.none, "none of these"));
+/// The likeliest answers with their probabilities, those of a hundredth and more, the likeliest
+/// first.
+fn ranked<'a>(answers: impl IntoIterator<Item = (f64, &'a str)>) -> Vec<(f64, &'a str)> {
+    let mut answers: Vec<(f64, &str)> = answers.into_iter().collect();
     answers.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let answers: Vec<String> = answers
+    let mut place = 0;
+    answers.retain(|(p, _)| {
+        place += 1;
+        place == 1 || *p >= 0.01
+    });
+    answers
+}
+
+fn listed(answers: &[(f64, &str)]) -> String {
+    let all = answers.iter().map(|(p, name)| format!("{name} {p:.2}"));
+    all.collect::<Vec<_>>().join(", ")
+}
+
+fn finishes(verdict: &FinishVerdict) -> Vec<(f64, &'static str)> {
+    let of = verdict
+        .finishes
+        .into_iter()
+        .zip(Finish::ALL.map(Finish::name));
+    ranked(of.chain([(verdict.none, NO_SINGLE_FINISH)]))
+}
+
+fn names<'a>(verdict: &Verdict, materials: &'a [Material]) -> Vec<(f64, &'a str)> {
+    let of = verdict
+        .probabilities
         .iter()
-        .enumerate()
-        .filter(|(place, (p, _))| *place == 0 || *p >= 0.01)
-        .map(|(_, (p, name))| format!("{name} {p:.2}"))
-        .collect();
-    let [low, middle, high] = interval(|level| verdict.posterior.sigma_quantile(level));
-    let [share_low, share, share_high] = interval(|level| verdict.posterior.share_quantile(level));
-    let mut text = format!(
-        "{}; σ {middle:.3} (90 %: {low:.3} – {high:.3}), specular share {share:.2} (90 %: {share_low:.2} – {share_high:.2})",
-        answers.join(", ")
-    );
-    if let [first, second, ..] = order[..]
-        && verdict.probabilities[second] >= 0.01
-        && same_but_for_exposure(&materials[first], &materials[second])
-    {
-        text.push_str(&format!(
-            "; {} and {} cannot be told apart without a reference in the picture, for they differ in brightness only",
-            materials[first].name(),
-            materials[second].name()
-        ));
+        .copied()
+        .zip(materials.iter().map(Material::name));
+    let mut all = ranked(of);
+    all.truncate(3);
+    ranked(all.into_iter().chain([(verdict.none, NONE_OF_THESE)]))
+}
+
+/// σ in words.
+fn roughness(verdict: &FinishVerdict) -> String {
+    match verdict.sigma.below() {
+        Some(end) => format!("σ below {end}"),
+        None => {
+            let [low, middle, high] = interval(|level| verdict.sigma.quantile(level));
+            format!("σ {middle:.3} (90 %: {low:.3} – {high:.3})")
+        }
     }
-    if sphere.features.is_grey() {
-        text.push_str("; a grey picture, judged without colour");
+}
+
+fn sentence(sphere: &Sphere, answer: &Answer, materials: &[Material]) -> String {
+    let finish = &answer.finish;
+    let mut text = listed(&finishes(finish));
+    match finish.finish() {
+        // Of what is not understood nothing is measured.
+        None => text.push_str(
+            "; glass, a picture of a ball, or a pattern that hides the finish: no other number is given",
+        ),
+        Some(likeliest) => {
+            if likeliest != Finish::Matte {
+                text.push_str(&format!("; {}", roughness(finish)));
+                let [low, middle, high] = interval(|level| finish.share.quantile(level));
+                text.push_str(&format!(
+                    ", specular share {middle:.2} (90 %: {low:.2} – {high:.2})"
+                ));
+            }
+            let [r, g, b] = finish.base_colour();
+            text.push_str(&format!("; base colour {r:.2} {g:.2} {b:.2} in white light"));
+        }
+    }
+    if let Some(verdict) = &answer.name {
+        text.push_str(&format!("; named {}", listed(&names(verdict, materials))));
+        let mut order: Vec<usize> = (0..materials.len()).collect();
+        order.sort_by(|&a, &b| verdict.probabilities[b].total_cmp(&verdict.probabilities[a]));
+        if let [first, second, ..] = order[..]
+            && verdict.probabilities[second] >= 0.01
+            && same_but_for_exposure(&materials[first], &materials[second])
+        {
+            text.push_str(&format!(
+                "; {} and {} cannot be told apart without a reference in the picture, for they differ in brightness only",
+                materials[first].name(),
+                materials[second].name()
+            ));
+        }
+        if sphere.grey {
+            text.push_str("; a grey picture, named without colour");
+        }
     }
     if sphere.saturated > 0.0 {
         text.push_str(&format!("; {:.1} % saturated", 100.0 * sphere.saturated));
@@ -330,32 +504,57 @@ fn sentence(sphere: &Sphere, verdict: &Verdict, materials: &[Material]) -> Strin
 fn line_of_json(
     path: &Path,
     sphere: &Sphere,
-    verdict: &Verdict,
+    answer: &Answer,
     materials: &[Material],
 ) -> serde_json::Value {
-    let probabilities: serde_json::Map<String, serde_json::Value> = materials
-        .iter()
-        .zip(&verdict.probabilities)
-        .map(|(material, p)| (material.name().to_owned(), json!(p)))
-        .collect();
     let numbers =
         |[low, median, high]: [f64; 3]| json!({ "low": low, "median": median, "high": high });
-    let (share, sigma) = verdict.posterior.mode();
     let circle = |circle: &Circle| json!([circle.x, circle.y, circle.radius]);
+    let finish = &answer.finish;
+    let finishes: serde_json::Map<String, serde_json::Value> = Finish::ALL
+        .iter()
+        .zip(finish.finishes)
+        .map(|(finish, p)| (finish.name().to_owned(), json!(p)))
+        .collect();
+    let ends = finish.base_colour_interval();
+    let names = answer.name.as_ref().map(|verdict| {
+        let probabilities: serde_json::Map<String, serde_json::Value> = materials
+            .iter()
+            .zip(&verdict.probabilities)
+            .map(|(material, p)| (material.name().to_owned(), json!(p)))
+            .collect();
+        let (share, sigma) = verdict.posterior.mode();
+        json!({
+            "material": verdict.material().map(|i| materials[i].name()),
+            "probabilities": probabilities,
+            "none": verdict.none,
+            "sigma": numbers(interval(|level| verdict.posterior.sigma_quantile(level))),
+            "share": numbers(interval(|level| verdict.posterior.share_quantile(level))),
+            "mode": { "share": share, "sigma": sigma },
+        })
+    });
     json!({
         "file": input::name(path),
-        "material": verdict.material().map(|i| materials[i].name()),
-        "probabilities": probabilities,
-        "none": verdict.none,
-        "sigma": numbers(interval(|level| verdict.posterior.sigma_quantile(level))),
-        "share": numbers(interval(|level| verdict.posterior.share_quantile(level))),
-        "mode": { "share": share, "sigma": sigma },
+        "finish": finish.finish().map(Finish::name),
+        "finishes": finishes,
+        "no_single_finish": finish.none,
+        "sigma": numbers(interval(|level| finish.sigma.quantile(level))),
+        "sigma_below": finish.sigma.below(),
+        "share": numbers(interval(|level| finish.share.quantile(level))),
+        "base_colour": {
+            "low": ends.map(|[low, _]| low),
+            "median": finish.base_colour(),
+            "high": ends.map(|[_, high]| high),
+        },
+        "metallic": finish.metallic(),
+        "roughness": finish.sigma.quantile(0.5).sqrt(),
+        "names": names,
         "circle": circle(&sphere.circle),
         "others": sphere.others.iter().map(circle).collect::<Vec<_>>(),
         "found": sphere.found,
         "saturated": sphere.saturated,
         "seen": sphere.seen,
-        "grey": sphere.features.is_grey(),
+        "grey": sphere.grey,
         "distance": sphere.distance,
     })
 }
@@ -376,13 +575,13 @@ impl<'a> Pages<'a> {
             options,
             output: None,
             page: Page::new(
-                "Materials read off pictures",
+                "Finishes read off pictures",
                 &[
                     Inline::Text(
-                        "For each picture the sphere that was read, the probability of each material, and the posterior of the specular \
-                         share ρ_s / (ρ_s + ρ_d) and the roughness σ, with the interval that holds 90 % of it. A learned model, which ",
+                        "For each picture the ball that was read, the probability of each finish and, where they were asked for, of each name, and the \
+                         roughness σ and the specular share ρ_s / (ρ_s + ρ_d), with the interval that holds 90 % of each. A learned model, which ",
                     ),
-                    Inline::Code("docs/explanation/inference.md"),
+                    Inline::Code("docs/explanation/photographs.md"),
                     Inline::Text(" in the repository explains."),
                 ],
             ),
@@ -414,7 +613,7 @@ impl<'a> Pages<'a> {
         } else {
             path.file_name().unwrap_or_default().to_string_lossy()
         };
-        let (sphere, verdict) = match read {
+        let (sphere, answer) = match read {
             Ok(read) => read,
             Err(error) => {
                 if self.options.report {
@@ -444,9 +643,8 @@ impl<'a> Pages<'a> {
                 caption: vec!["Where the sphere was found".into()],
             });
         }
-        let said = verdict
-            .material()
-            .map_or("none of these", |i| materials[i].name());
+        let finish = &answer.finish;
+        let said = finish.finish().map_or(NO_SINGLE_FINISH, Finish::name);
         if let Some(picture) = &sphere.picture {
             let path = format!("{stem}.png");
             self.output()?.add(path.clone(), picture)?;
@@ -463,41 +661,43 @@ impl<'a> Pages<'a> {
             return Ok(());
         }
         self.page.heading(&name);
-        self.page.paragraph(&sentence(sphere, verdict, materials));
+        self.page.paragraph(&sentence(sphere, answer, materials));
         self.page.grid(220, &pictures);
-        let path = format!("{stem}-posterior.svg");
-        let map = posterior_map(&verdict.posterior);
-        self.output()?.add(path.clone(), &map)?;
-        let (share, sigma) = verdict.posterior.mode();
-        self.page.drawing(
-            &map,
-            &format!(
-                "A map of the posterior, darkest at a specular share of {share:.2} and σ {sigma:.3}"
-            ),
-            &[
-                Inline::Text("The posterior: the darker the likelier, with a cross at its mode. "),
-                Inline::Link("As a file", &path),
-            ],
-        );
-        let mut rows: Vec<(f64, &str)> = materials
-            .iter()
-            .zip(&verdict.probabilities)
-            .map(|(material, &p)| (p, material.name()))
-            .collect();
-        rows.push((verdict.none, "none of these"));
-        rows.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let likeliest = rows[0].0;
+        let ranked = finishes(finish);
+        let mut rows: Vec<(f64, &str)> = ranked.clone();
+        if let Some(verdict) = &answer.name {
+            let path = format!("{stem}-posterior.svg");
+            let map = posterior_map(&verdict.posterior);
+            self.output()?.add(path.clone(), &map)?;
+            let (share, sigma) = verdict.posterior.mode();
+            self.page.drawing(
+                &map,
+                &format!(
+                    "A map of the posterior, darkest at a specular share of {share:.2} and σ {sigma:.3}"
+                ),
+                &[
+                    Inline::Text("The posterior of what plain spheres taught, beside the names: the darker the likelier, with a cross at its mode. "),
+                    Inline::Link("As a file", &path),
+                ],
+            );
+            rows.extend(names(verdict, materials));
+        }
         let cells = |[low, middle, high]: [f64; 3], decimals: usize| {
             format!("{middle:.decimals$} ({low:.decimals$} – {high:.decimals$})")
+        };
+        let (p, likeliest) = ranked[0];
+        let sigma = match finish.sigma.below() {
+            Some(end) => format!("below {end}"),
+            None => cells(interval(|level| finish.sigma.quantile(level)), 3),
         };
         self.summary.push((
             "",
             vec![
                 name.to_string(),
-                rows[0].1.to_owned(),
-                format!("{likeliest:.3}"),
-                cells(interval(|level| verdict.posterior.sigma_quantile(level)), 3),
-                cells(interval(|level| verdict.posterior.share_quantile(level)), 2),
+                likeliest.to_owned(),
+                format!("{p:.3}"),
+                sigma,
+                cells(interval(|level| finish.share.quantile(level)), 2),
             ],
         ));
         let rows: Vec<(&str, Vec<String>)> = rows
@@ -505,8 +705,8 @@ impl<'a> Pages<'a> {
             .map(|(p, name)| ("", vec![name.to_owned(), format!("{p:.3}")]))
             .collect();
         self.page.table(
-            "How likely each material is",
-            &["material", "probability#"],
+            "How likely each finish is, and each name that was asked for",
+            &["answer", "probability#"],
             &rows,
         );
         Ok(())

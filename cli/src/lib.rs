@@ -8,13 +8,16 @@
 
 mod accuracy;
 mod arguments;
+mod ball_light;
 mod classify;
 mod console;
 mod error;
+mod finishes;
 mod fit;
 mod input;
 mod lights;
 mod list;
+mod marks;
 mod materials;
 mod named;
 mod output;
@@ -71,6 +74,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         Verb::Fit(options) => fit::run(options),
         Verb::List(options) => list::run(options),
         Verb::Accuracy(options) => accuracy::run(options),
+        Verb::Finishes(options) => finishes::run(options),
         Verb::Completions(options) => {
             let mut bytes = Vec::new();
             clap_complete::generate(

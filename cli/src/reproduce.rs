@@ -1,12 +1,11 @@
 //! `lobes reproduce`: the paper's figures and table, from maps of real light.
 
-use std::path::Path;
-
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::json;
 
 use crate::arguments::{Protocols, Reproduce};
 use crate::error::{Error, Result};
+use crate::marks::write_between_marks;
 use crate::output::{OutputFolder, write_file};
 use crate::report::{
     AccuracyFile, AccuracyRow, BestRow, CeilingRow, Comparison, ContinuousRow, FilesRow,
@@ -616,32 +615,6 @@ fn markdown_table(headings: &[&str], rows: impl Iterator<Item = Vec<String>>) ->
     let mut text = format!("\n{}{}", line(names.collect()), line(rules.collect()));
     text.extend(rows.map(line));
     text
-}
-
-/// The marks between which `--write` puts its table.
-const MARKS: [&str; 2] = ["<!-- table -->", "<!-- end of table -->"];
-
-fn write_between_marks(path: &Path, text: &str) -> Result<()> {
-    let failed = |problem: String| {
-        Error::file(
-            path,
-            problem,
-            format!(
-                "name a Markdown file that has {:?} and {:?}",
-                MARKS[0], MARKS[1]
-            ),
-        )
-    };
-    let old = std::fs::read_to_string(path)
-        .map_err(|error| failed(format!("cannot be read ({error})")))?;
-    let (before, rest) = old
-        .split_once(MARKS[0])
-        .ok_or_else(|| failed("has no place for the table".into()))?;
-    let (_, after) = rest
-        .split_once(MARKS[1])
-        .ok_or_else(|| failed("has no end of its table".into()))?;
-    let new = format!("{before}{}\n{text}{}{after}", MARKS[0], MARKS[1]);
-    write_file(path, new.as_bytes())
 }
 
 fn named_confusions<T>(data: &Dataset<T>, evaluation: &Evaluation) -> Vec<NamedConfusion> {

@@ -139,6 +139,39 @@ pub fn calibration(coverage: &[(f64, f64, f64)]) -> String {
     .svg()
 }
 
+/// How often answers are right, by the probability that they were given; on the diagonal the
+/// probabilities are honest.
+///
+/// - `answers`: the name of each, and (mean probability, share that was right) by how probable it was said to be.
+pub fn answers_calibration(answers: &[(&str, Vec<(f64, f64)>)]) -> String {
+    let honest = Series {
+        name: "honest".into(),
+        naming: Naming::Legend,
+        colour: "#999999".into(),
+        mark: Mark::Dashes(1.5),
+        points: vec![(0.0, 0.0), (1.0, 1.0)],
+    };
+    let of_answers = answers
+        .iter()
+        .enumerate()
+        .map(|(i, (name, points))| Series {
+            name: (*name).into(),
+            naming: Naming::Legend,
+            colour: COLOURS[i % COLOURS.len()].into(),
+            mark: Mark::Line(2.0),
+            points: points.clone(),
+        });
+    Chart {
+        title: "Calibration of the finishes".into(),
+        x_label: "probability that was said".into(),
+        y_label: "share of photographs of which it was true".into(),
+        x_axis: Axis::Linear,
+        y_axis: Axis::Linear,
+        series: [honest].into_iter().chain(of_answers).collect(),
+    }
+    .svg()
+}
+
 /// A posterior as a map: the specular share to the right, σ upwards by its logarithm, the darker
 /// the likelier; the cross is its mode.
 pub fn posterior_map(posterior: &Posterior) -> String {

@@ -9,6 +9,8 @@ pub use accuracy::{
     AccuracyFile, AccuracyRow, BestRow, CeilingRow, Comparison, ContinuousRow, FilesRow,
     NamedConfusion,
 };
-pub use figures::{calibration, confusion_matrix, feature_plane, light_spectra, posterior_map};
+pub use figures::{
+    answers_calibration, calibration, confusion_matrix, feature_plane, light_spectra, posterior_map,
+};
 pub use page::{Figure, Image, Inline, Page};
 pub use plot::{Axis, Chart, Mark, Naming, Series};

@@ -292,11 +292,15 @@ fn a_folder_of_thousands() {
         assert_eq!(file, format!("many/{i:04}.png"));
         match line.get("error") {
             Some(error) => assert!(error.as_str().unwrap().contains(file)),
-            None => answers.push(line["probabilities"].clone()),
+            None => answers.push((
+                line["names"]["probabilities"].clone(),
+                line["finishes"].clone(),
+            )),
         }
     }
     assert_eq!(answers.len(), 3);
     assert!(answers.iter().all(|answer| *answer == answers[0]));
+    assert!(answers[0].0.is_object() && answers[0].1.is_object());
 }
 
 /// Two runs at once into one folder: every file is of one of them.
@@ -352,7 +356,10 @@ fn stopped_midway() {
     std::fs::write(at.join("ball.png"), ball(64)).unwrap();
     let before = tree(at);
     for (arguments, began) in [
-        (&["classify", "ball.png", "--report"][..], "classified"),
+        (
+            &["classify", "ball.png", "--names", "--report"][..],
+            "classified",
+        ),
         (&["reproduce", "--out", "deep/report"], "deep/report"),
     ] {
         let mut run = lobes(arguments, at)

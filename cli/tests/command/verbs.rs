@@ -459,11 +459,23 @@ fn classify_reads_rendered_spheres() {
     assert_eq!(lines.len(), 4, "two materials as PNG and as EXR: {said}");
     for line in &lines {
         let file = line["file"].as_str().unwrap();
-        let named = line["probabilities"].as_object().unwrap().values();
-        let total: f64 = named.map(|p| p.as_f64().unwrap()).sum();
-        assert!((total + line["none"].as_f64().unwrap() - 1.0).abs() < 1e-9);
-        let (low, high) = (&line["sigma"]["low"], &line["sigma"]["high"]);
-        assert!(low.as_f64() < high.as_f64());
+        let names = &line["names"];
+        for (all, none) in [
+            (&names["probabilities"], &names["none"]),
+            (&line["finishes"], &line["no_single_finish"]),
+        ] {
+            let of = all.as_object().unwrap().values();
+            let total: f64 = of.map(|p| p.as_f64().unwrap()).sum();
+            assert!((total + none.as_f64().unwrap() - 1.0).abs() < 1e-9);
+        }
+        for of in [
+            &names["sigma"],
+            &names["share"],
+            &line["sigma"],
+            &line["share"],
+        ] {
+            assert!(of["low"].as_f64() < of["high"].as_f64());
+        }
         let radius = line["circle"][2].as_f64().unwrap();
         assert!((radius - 48.0).abs() < 0.5, "{file}: {}", line["circle"]);
         assert_eq!(
@@ -490,6 +502,64 @@ fn classify_reads_rendered_spheres() {
     assert!(output.status.success());
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("silver") && !said.contains("found"), "{said}");
+}
+
+/// Without a question for names nothing is learned: the answer is the finish and its numbers, and
+/// the likeliest material for other programs.
+#[test]
+fn classify_tells_the_finish() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for material in ["silver", "brown matte"] {
+        let all = [
+            "render",
+            "--light",
+            "pmndrs-city",
+            "--material",
+            material,
+            "--elevation",
+            "20",
+        ];
+        assert!(lobes(&all, at).status.success());
+    }
+    let output = lobes(
+        &["classify", "spheres", "--json", "--pbr", "balls.gltf"],
+        at,
+    );
+    let said = String::from_utf8_lossy(&output.stdout);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    let lines: Vec<serde_json::Value> = said
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(lines.len(), 4, "two materials as PNG and as EXR: {said}");
+    for line in &lines {
+        let mirror = line["file"].as_str().unwrap().contains("silver");
+        let finish = if mirror { "smooth metal" } else { "matte" };
+        assert_eq!(line["finish"], finish, "{line}");
+        assert_eq!(line["names"], serde_json::Value::Null);
+        let metallic = line["metallic"].as_f64().unwrap();
+        assert_eq!(metallic > 0.5, mirror, "{metallic}");
+        for end in ["low", "median", "high"] {
+            assert_eq!(line["base_colour"][end].as_array().unwrap().len(), 3);
+        }
+    }
+    let written = std::fs::read_to_string(at.join("balls.gltf")).unwrap();
+    let written: serde_json::Value = serde_json::from_str(&written).unwrap();
+    assert_eq!(written["materials"].as_array().unwrap().len(), 4);
+    let output = lobes(&["classify", "spheres"], at);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        said.ends_with("4 pictures: 2 matte, 2 smooth metal\n"),
+        "{said}"
+    );
+    assert!(
+        said.contains("σ ") && said.contains("base colour"),
+        "{said}"
+    );
+    let output = lobes(&["classify", "spheres", "--pbr", "balls.blend"], at);
+    assert_eq!(output.status.code(), Some(2));
 }
 
 /// A picture that cannot be read is reported, the others are done, and the exit code says so.
