@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lobes::inference::{self, Dataset, Observation, Reflectance, Sample, TrainingPlan};
 use lobes::picture::{self, Circle};
-use lobes::reflectance::Variant;
+use lobes::reflectance::{Finish, Variant};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -505,5 +505,80 @@ impl Model {
 
     fn __repr__(&self) -> String {
         format!("<Model of {} materials>", self.0.materials().len())
+    }
+}
+
+/// What tells the finish of a ball off a photograph, whatever its colour; nothing has to be
+/// learned.
+#[pyclass(frozen, module = "lobes")]
+pub(crate) struct FinishReader(Arc<(inference::PortraitReader, inference::FinishModel)>);
+
+#[pymethods]
+impl FinishReader {
+    #[new]
+    fn new() -> PyResult<Self> {
+        let reader = inference::PortraitReader::new().map_err(error)?;
+        let model = inference::FinishModel::builtin().map_err(error)?;
+        Ok(Self(Arc::new((reader, model))))
+    }
+
+    /// What is said of the ball in a picture, within `circle` (x, y, radius in pixels) or where
+    /// `Picture.circle` finds it.
+    #[pyo3(signature = (picture, circle=None))]
+    fn read<'py>(
+        &self,
+        py: Python<'py>,
+        picture: &Bound<'py, Picture>,
+        circle: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (both, picture) = (Arc::clone(&self.0), Arc::clone(&picture.get().0));
+        let circle = circle
+            .map(|circle| numbers(circle, "the circle"))
+            .transpose()?;
+        let (circle, saturated, verdict) = interrupt::run(py, move || {
+            let (reader, model) = &*both;
+            let circle = match circle {
+                Some([x, y, radius]) => Circle { x, y, radius },
+                None => picture.circle()?,
+            };
+            let portrait = reader.read(&picture, circle)?;
+            let verdict = model.verdict(&portrait)?;
+            lobes::Result::Ok((circle, portrait.saturated(), verdict))
+        })?
+        .map_err(error)?;
+        let finishes = PyDict::new(py);
+        for (finish, probability) in Finish::ALL.iter().zip(verdict.finishes) {
+            finishes.set_item(finish.name(), probability)?;
+        }
+        let interval = |posterior: &inference::Binned| {
+            let [low, middle, high] = [0.05, 0.5, 0.95].map(|level| posterior.quantile(level));
+            (low, middle, high)
+        };
+        let base = verdict.base_colour();
+        let colour: Vec<(f64, f64, f64)> = verdict
+            .base_colour_interval()
+            .iter()
+            .zip(base)
+            .map(|([low, high], middle)| (*low, middle, *high))
+            .collect();
+        record(
+            py,
+            "FinishVerdict",
+            (
+                verdict.finish().map(Finish::name),
+                finishes,
+                verdict.none,
+                interval(&verdict.sigma),
+                interval(&verdict.share),
+                (colour[0], colour[1], colour[2]),
+                verdict.metallic(),
+                (circle.x, circle.y, circle.radius),
+                saturated,
+            ),
+        )
+    }
+
+    fn __repr__(&self) -> String {
+        "<FinishReader>".into()
     }
 }

@@ -89,7 +89,7 @@ mod _lobes {
     use super::vectors;
 
     #[pymodule_export]
-    use super::classify::{Model, Picture, Training};
+    use super::classify::{FinishReader, Model, Picture, Training};
     #[pymodule_export]
     use super::harmonics::{
         Rotation, Transform, basis, basis_gradients, from_harmonic, gradients_at, synthesise_at,

@@ -114,3 +114,19 @@ def test_what_cannot_be_read(model, tmp_path):
         lobes.Picture(np.ones((8, 8, 3)), mask=np.ones(64))
     with pytest.raises(ValueError, match="not in \\[0, 1\\]"):
         lobes.Picture(np.ones((8, 8, 3)), mask=np.full((8, 8), 2.0))
+
+
+def test_the_finish_of_a_ball():
+    reader = lobes.FinishReader()
+    renderer = lobes.Renderer(lobes.builtin()[10])
+    for material, finish in [(lobes.presets()[0], "matte"), (lobes.presets()[7], "smooth metal")]:
+        picture = lobes.Picture(renderer.render(material, size=SIZE, tolerance=1e-2))
+        verdict = reader.read(picture)
+        assert verdict.finish == finish
+        assert sum(verdict.finishes.values()) + verdict.no_single_finish == pytest.approx(1.0, abs=1e-9)
+        for low, middle, high in [verdict.sigma, verdict.share, *verdict.base_colour]:
+            assert low <= middle <= high
+        assert (verdict.metallic > 0.5) == (finish == "smooth metal")
+        assert verdict == pickle.loads(pickle.dumps(verdict)) == reader.read(picture, verdict.circle)
+    with pytest.raises(ValueError, match="leaves the picture"):
+        reader.read(picture, (SIZE, SIZE, SIZE))

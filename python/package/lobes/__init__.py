@@ -12,6 +12,7 @@ from ._lobes import (
     Camera,
     Coupling,
     EnvironmentMap,
+    FinishReader,
     Lobe,
     Mask,
     Material,
@@ -53,7 +54,7 @@ from ._lobes import (
     to_real,
     vectors,
 )
-from ._records import Estimate, Fit, LightSpectrum, Measurements, PowerLaw, Recovered, Rendering, Verdict
+from ._records import Estimate, FinishVerdict, Fit, LightSpectrum, Measurements, PowerLaw, Recovered, Rendering, Verdict
 
 FEATURE_NAMES: tuple[str, ...] = ("v1", "v2", "v3", "v4", "v5", "v6", "v7", "red", "green", "blue")
 MAPPINGS: tuple[str, ...] = ("lat-long", "angular-map", "mirror-ball", "vertical-cross", "horizontal-cross")
@@ -66,6 +67,8 @@ __all__ = [
     "EnvironmentMap",
     "Estimate",
     "FEATURE_NAMES",
+    "FinishReader",
+    "FinishVerdict",
     "Fit",
     "LightSpectrum",
     "Lobe",

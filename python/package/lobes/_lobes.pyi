@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._coefficients import Coefficients
-from ._records import Fit, LightSpectrum, Measurements, PowerLaw, Recovered, Rendering, Verdict
+from ._records import FinishVerdict, Fit, LightSpectrum, Measurements, PowerLaw, Recovered, Rendering, Verdict
 
 _Doubles = NDArray[np.float64]
 _Complexes = NDArray[np.complex128]
@@ -350,3 +350,8 @@ class Model:
     @property
     def materials(self) -> list[str]: ...
     def read(self, picture: Picture, circle: ArrayLike | None = None) -> Verdict: ...
+
+@final
+class FinishReader:
+    def __new__(cls) -> FinishReader: ...
+    def read(self, picture: Picture, circle: ArrayLike | None = None) -> FinishVerdict: ...

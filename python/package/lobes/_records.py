@@ -159,6 +159,31 @@ class Rendering(_Arrays):
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class FinishVerdict:
+    """What a reader of finishes says of one photograph."""
+
+    finish: str | None
+    """The likeliest finish, or None where "no single finish" is likelier."""
+    finishes: dict[str, float]
+    """The probability of each finish by name."""
+    no_single_finish: float
+    """The probability that no finish explains the ball: glass, or a picture of a ball."""
+    sigma: Interval
+    """The roughness of a surface that is not matte: 5 %, 50 % and 95 % quantiles. Below 0.02 nothing is told apart."""
+    share: Interval
+    """The specular share, ρ_s / (ρ_s + ρ_d): 5 %, 50 % and 95 % quantiles."""
+    base_colour: tuple[Interval, Interval, Interval]
+    """Red, green and blue of the body's albedo, or of a metal's reflectance, up to the light's colour: quantiles."""
+    metallic: float
+    """The probability that it is a metal."""
+    circle: Interval
+    """Where the ball was taken to be: x, y, radius in pixels."""
+    saturated: float
+    """The share of the ball that is saturated."""
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict(_Arrays):
     """What a model says of one picture."""
