@@ -152,7 +152,7 @@ fn learn(folder: &Path, options: &Finishes, maps: &[EnvironmentMap]) -> Result<F
 /// A sheet of photographs as they are judged: two of each light, in rows of twelve.
 fn sheet(maps: &[EnvironmentMap]) -> Result<Vec<u8>> {
     const COLUMNS: usize = 12;
-    const ROWS: usize = 6;
+    const ROWS: usize = 4;
     const CELL: usize = 96;
     let of_lights = Parallelism::Rayon.map(COLUMNS * ROWS / 2, |light| {
         let seed = FinishShots::JUDGED.seed * 1_000_000 + light as u64;
