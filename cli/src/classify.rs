@@ -384,6 +384,9 @@ fn same_but_for_exposure(a: &Material, b: &Material) -> bool {
         && (a.is_matte() || a.roughness() == b.roughness())
 }
 
+/// The probability with which intervals hold the truth.
+const LEVEL: f64 = 0.9;
+
 /// Low end, median and high end of a 90 % interval.
 fn interval(quantile: impl Fn(f64) -> f64) -> [f64; 3] {
     [0.05, 0.5, 0.95].map(quantile)
@@ -431,7 +434,7 @@ fn roughness(verdict: &FinishVerdict) -> String {
     match verdict.sigma.below() {
         Some(end) => format!("σ below {end}"),
         None => {
-            let [low, middle, high] = interval(|level| verdict.sigma.quantile(level));
+            let [low, middle, high] = verdict.sigma.interval(LEVEL);
             format!("σ {middle:.3} (90 %: {low:.3} – {high:.3})")
         }
     }
@@ -448,7 +451,7 @@ fn sentence(sphere: &Sphere, answer: &Answer, materials: &[Material]) -> String 
         Some(likeliest) => {
             if likeliest != Finish::Matte {
                 text.push_str(&format!("; {}", roughness(finish)));
-                let [low, middle, high] = interval(|level| finish.share.quantile(level));
+                let [low, middle, high] = finish.share.interval(LEVEL);
                 text.push_str(&format!(
                     ", specular share {middle:.2} (90 %: {low:.2} – {high:.2})"
                 ));
@@ -538,9 +541,9 @@ fn line_of_json(
         "finish": finish.finish().map(Finish::name),
         "finishes": finishes,
         "no_single_finish": finish.none,
-        "sigma": numbers(interval(|level| finish.sigma.quantile(level))),
+        "sigma": numbers(finish.sigma.interval(LEVEL)),
         "sigma_below": finish.sigma.below(),
-        "share": numbers(interval(|level| finish.share.quantile(level))),
+        "share": numbers(finish.share.interval(LEVEL)),
         "base_colour": {
             "low": ends.map(|[low, _]| low),
             "median": finish.base_colour(),
@@ -688,7 +691,7 @@ impl<'a> Pages<'a> {
         let (p, likeliest) = ranked[0];
         let sigma = match finish.sigma.below() {
             Some(end) => format!("below {end}"),
-            None => cells(interval(|level| finish.sigma.quantile(level)), 3),
+            None => cells(finish.sigma.interval(LEVEL), 3),
         };
         self.summary.push((
             "",
@@ -697,7 +700,7 @@ impl<'a> Pages<'a> {
                 likeliest.to_owned(),
                 format!("{p:.3}"),
                 sigma,
-                cells(interval(|level| finish.share.quantile(level)), 2),
+                cells(finish.share.interval(LEVEL), 2),
             ],
         ));
         let rows: Vec<(&str, Vec<String>)> = rows

@@ -195,8 +195,8 @@ impl FinishTable {
             (1, truth.share, &verdict.share),
         ] {
             if let Some(truth) = truth {
-                let ends = [0.05, 0.95].map(|level| posterior.quantile(level));
-                interval(which, truth, ends);
+                let [low, _, high] = posterior.interval(0.9);
+                interval(which, truth, [low, high]);
             }
         }
         if let Some(colour) = truth.base_colour {

@@ -551,7 +551,7 @@ impl FinishReader {
             finishes.set_item(finish.name(), probability)?;
         }
         let interval = |posterior: &inference::Binned| {
-            let [low, middle, high] = [0.05, 0.5, 0.95].map(|level| posterior.quantile(level));
+            let [low, middle, high] = posterior.interval(0.9);
             (low, middle, high)
         };
         let base = verdict.base_colour();

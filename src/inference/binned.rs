@@ -84,6 +84,37 @@ impl Binned {
         self.ends[self.ends.len() - 1]
     }
 
+    /// The low end, the median and the high end of the central interval that holds the value with
+    /// probability `level`.
+    ///
+    /// Within a bin nothing is told apart: a low end in the first bin is that bin's lower end, and a
+    /// high end in the last one its upper end.
+    ///
+    /// ```
+    /// use lobes::inference::Binned;
+    /// let posterior = Binned::new(&[0.0, 1.0, 2.0, 3.0], vec![0.5, 0.4, 0.1])?;
+    /// assert_eq!(posterior.interval(0.9), [0.0, 1.0, 3.0]);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    pub fn interval(&self, level: f64) -> [f64; 3] {
+        let tail = 0.5 - 0.5 * level.clamp(0.0, 1.0);
+        let [low, median, high] = [tail, 0.5, 1.0 - tail].map(|level| self.quantile(level));
+        let last = self.ends.len() - 1;
+        [
+            if low < self.ends[1] {
+                self.ends[0]
+            } else {
+                low
+            },
+            median,
+            if high > self.ends[last - 1] {
+                self.ends[last]
+            } else {
+                high
+            },
+        ]
+    }
+
     /// The upper end of the first bin, where at least 19 of 20 of the probability lie in that bin:
     /// then all that can be said is that the value is below it.
     pub fn below(&self) -> Option<f64> {
@@ -108,6 +139,11 @@ mod tests {
         ] {
             assert!((p.quantile(level) - expected).abs() < 1e-12, "{level}");
         }
+        // The low end lies in the first bin, the high one in the last.
+        assert_eq!(p.interval(0.9), [0.0, p.quantile(0.5), 4.0]);
+        let middle = Binned::new(&[0.0, 1.0, 2.0, 3.0], vec![0.01, 0.98, 0.01]).unwrap();
+        let [low, _, high] = middle.interval(0.9);
+        assert!(low > 1.0 && high < 2.0);
         assert_eq!(p.quantile(7.0), 4.0);
         assert_eq!(p.below(), None);
         let p = Binned::new(&[0.0, 0.02, 1.0], vec![0.96, 0.04]).unwrap();
