@@ -140,8 +140,9 @@ fn codes(picture: &Picture, circle: Circle) -> Result<Vec<u8>> {
     let Circle { x, y, radius: r } = circle;
     let (width, height) = (picture.width(), picture.height());
     let pitch = 2.0 * Portrait::REACH * r / SIDE as f64;
-    // So many points of a picture's pixel each way as it has pixels of the photograph.
-    let points = (pitch.ceil() as usize + 1).max(2);
+    // So many points of a picture's pixel each way as it has pixels of the photograph, but no more
+    // than eight: sixty-four of them, each between four pixels, have little noise.
+    let points = (pitch.ceil() as usize + 1).clamp(2, 8);
     let last = |length: usize| length as f64 - 1.001;
     // Bilinear, with what is at the edge of the photograph continued beyond it.
     let sample = |x: f64, y: f64| -> [f64; 3] {

@@ -110,8 +110,10 @@ impl Picture {
         // A whole pixel farther in than the outline, and what bilinear interpolation reaches for
         // beyond.
         let limit = radius - 1.5;
+        let inner = (radius - 0.7) * (radius - 0.7);
         let whole = |column: usize, row: usize| {
-            (column as f64 + 0.5 - x).hypot(row as f64 + 0.5 - y) < radius - 0.7
+            let (right, down) = (column as f64 + 0.5 - x, row as f64 + 0.5 - y);
+            right * right + down * down < inner
         };
         let (mut clipped, mut count) = (0.0, 0.0);
         let mut pixels = Vec::with_capacity(size * size);
