@@ -943,7 +943,7 @@ fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
     for byte in name.iter().chain(data) {
         crc ^= u32::from(*byte);
         for _ in 0..8 {
-            crc = crc >> 1 ^ (crc & 1) * 0xedb8_8320;
+            crc = (crc >> 1) ^ ((crc & 1) * 0xedb8_8320);
         }
     }
     let length = u32::try_from(data.len()).unwrap().to_be_bytes();
