@@ -492,42 +492,47 @@ mod tests {
         assert!((there - here).abs() < 1e-4, "{there} {here}");
     }
 
-    /// The gradient against differences of the loss, in some numbers of every layer.
+    /// The gradient against differences of the loss, in numbers of every layer.
     #[test]
     fn the_gradient_is_that_of_the_loss() {
         let network = Network::random(5, 3, 11);
         let input = picture(4, Network::INPUTS);
         let statistics = [0.3, -0.2, 0.9, 0.0, 1.0];
         let loss = |outputs: &[f32]| {
-            let sum = outputs.iter().map(|v| 0.5 * v * v).sum::<f32>();
-            Ok((sum, outputs.to_vec()))
+            let sum = outputs.iter().map(|v| 50.0 * v * v).sum::<f32>();
+            Ok((sum, outputs.iter().map(|v| 100.0 * v).collect()))
         };
         // The same draws each time.
         let rng = || Pcg64::seed_from_u64(5);
         let mut gradient = network.zeros();
-        let value = network.learn(&input, &statistics, &mut gradient, &mut rng(), loss);
-        assert!(value.unwrap() > 0.0);
-        let slopes: Vec<f32> = gradient.parameters().flatten().copied().collect();
-        let mut tested = 0;
-        for index in (0..slopes.len()).step_by(slopes.len() / 150) {
-            let at = |step: f32| {
-                let mut moved = network.clone();
-                *moved.parameters_mut().flatten().nth(index).unwrap() += step;
-                let mut unused = moved.zeros();
-                let value = moved.learn(&input, &statistics, &mut unused, &mut rng(), loss);
-                f64::from(value.unwrap())
-            };
-            let step = 1e-2;
-            let found = (at(step) - at(-step)) / f64::from(2.0 * step);
-            let expected = f64::from(slopes[index]);
-            // A rectifier may switch within the step.
-            assert!(
-                (found - expected).abs() < 0.05 * expected.abs() + 2e-3,
-                "{index}: {found} {expected}"
-            );
-            tested += usize::from(expected.abs() > 1e-2);
+        network
+            .learn(&input, &statistics, &mut gradient, &mut rng(), loss)
+            .unwrap();
+        let mut first = 0;
+        for (layer, slopes) in gradient.parameters().enumerate() {
+            // The four numbers of each layer that the loss depends on most.
+            let mut order: Vec<usize> = (0..slopes.len()).collect();
+            order.sort_by(|&a, &b| slopes[b].abs().total_cmp(&slopes[a].abs()));
+            for &index in &order[..slopes.len().min(4)] {
+                let at = |step: f32| {
+                    let mut moved = network.clone();
+                    *moved.parameters_mut().flatten().nth(first + index).unwrap() += step;
+                    let mut unused = moved.zeros();
+                    let value = moved.learn(&input, &statistics, &mut unused, &mut rng(), loss);
+                    f64::from(value.unwrap())
+                };
+                let step = 1e-3;
+                let found = (at(step) - at(-step)) / f64::from(2.0 * step);
+                let expected = f64::from(slopes[index]);
+                assert!(expected.abs() > 0.05, "{layer}: {expected}");
+                // A rectifier may switch within the step.
+                assert!(
+                    (found - expected).abs() < 0.03 * expected.abs() + 0.01,
+                    "{layer} {index}: {found} {expected}"
+                );
+            }
+            first += slopes.len();
         }
-        assert!(tested > 20, "{tested}");
     }
 
     #[test]
