@@ -3,8 +3,8 @@
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageFormat};
 
-use super::Nuisances;
 use super::draw::Draw;
+use super::nuisances::Nuisances;
 use lobes::illumination::Luminance;
 
 /// sRGB's curve.

@@ -2,9 +2,9 @@
 
 use lobes::glam::DVec3;
 
-use super::Nuisances;
 use super::draw::{Draw, mix, smoothstep, times};
 use super::noise::Noise;
+use super::nuisances::Nuisances;
 use lobes::Result;
 use lobes::illumination::{EnvironmentMap, Luminance};
 

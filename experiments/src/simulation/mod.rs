@@ -9,7 +9,9 @@ mod camera;
 mod draw;
 mod light;
 mod noise;
+mod nuisances;
 mod photograph;
 mod surface;
 
-pub use photograph::{Nuisances, SimulatedPhotograph, simulate};
+pub use nuisances::Nuisances;
+pub use photograph::{SimulatedPhotograph, simulate};

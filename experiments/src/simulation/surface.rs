@@ -2,9 +2,9 @@
 
 use lobes::glam::DVec3;
 
-use super::Nuisances;
 use super::draw::{Draw, mix, smoothstep};
 use super::noise::Noise;
+use super::nuisances::Nuisances;
 
 /// What is painted or cut on a body.
 #[derive(Debug, Clone)]
