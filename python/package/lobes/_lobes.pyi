@@ -25,6 +25,7 @@ __all__ = [
     "Camera",
     "Coupling",
     "EnvironmentMap",
+    "FinishReader",
     "Lobe",
     "Mask",
     "Material",
