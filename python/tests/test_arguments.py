@@ -146,10 +146,11 @@ GOOD = {
         (["a"], ["b"], np.zeros((1, 3), np.uint64), np.zeros((1, 2)), np.zeros((1, 4)), np.zeros((1, 2)), 0.1),
     ),
     "Model": (lobes.Model, (None, False)),
+    "FinishReader.read": (lobes.FinishReader().read, (lobes.Picture(np.ones((40, 40, 3))), (20.0, 20.0, 15.0))),
 }
-WITHOUT_ARGUMENTS = {"Material", "builtin", "presets", "vectors", "Material.white", "EnvironmentMap.mean", "Picture.circle"}
+WITHOUT_ARGUMENTS = {"FinishReader", "Material", "builtin", "presets", "vectors", "Material.white", "EnvironmentMap.mean", "Picture.circle"}
 # Made by functions, and dataclasses: they hold what they are given.
-RECORDS = {"Estimate", "Fit", "LightSpectrum", "Measurements", "PowerLaw", "Recovered", "Rendering", "Verdict"}
+RECORDS = {"Estimate", "FinishVerdict", "Fit", "LightSpectrum", "Measurements", "PowerLaw", "Recovered", "Rendering", "Verdict"}
 
 
 def attempt(name, call, arguments):
