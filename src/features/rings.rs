@@ -4,7 +4,7 @@
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
-use crate::error::check_count;
+use crate::error::{check_count, check_length};
 use crate::reflection::{SphereImage, Viewpoint};
 use crate::{Error, Result};
 
@@ -313,6 +313,12 @@ impl Modes {
     /// The sine amplitudes of an order over the rings; empty for order 0.
     pub fn sine(&self, m: usize) -> &[f64] {
         if m == 0 { &[] } else { self.column(2 * m) }
+    }
+
+    /// Checks that they were read on a layout of so many rings and orders.
+    pub(crate) fn check(&self, layout: &RingLayout) -> Result<()> {
+        check_length("a ring's amplitudes", layout.angles.len(), self.rings)?;
+        check_length("a picture's amplitudes", layout.len(), self.values.len())
     }
 
     fn column(&self, column: usize) -> &[f64] {

@@ -108,7 +108,7 @@ impl LightReader {
     /// ν of pictures of 128 pixels a side without noise.
     pub const NOISE: f64 = 1e-3;
 
-    /// Rings and orders of [`layout`](Self::default_layout).
+    /// Rings and orders of [`Self::default_layout`].
     const RINGS: usize = 64;
 
     /// The rings on which pictures of 96 … 256 pixels a side are read: 64 rings, 64 orders.
@@ -244,7 +244,7 @@ impl LightReader {
     /// [`Error::Length`] for modes of another layout.
     pub fn read(&self, modes: &Modes, lights: &BrightLights) -> Result<LightEstimate> {
         let rings = self.layout.angles().len();
-        check_length("a ring's amplitudes", rings, modes.cosine(0).len())?;
+        modes.check(&self.layout)?;
         let directions = lights.directions();
         let count = directions.len();
         let mut square = 0.0;
@@ -331,6 +331,16 @@ impl LightReader {
         })
     }
 
+    /// Checks that an estimate is to this reader's degree.
+    fn check(&self, estimate: &LightEstimate) -> Result<()> {
+        let orders = estimate.unexplained.len();
+        check_length(
+            "the orders of an estimate of light",
+            self.degree() + 1,
+            orders,
+        )
+    }
+
     /// P̄_lm(cos θ_j), a row a degree, a column a light.
     fn harmonics(&self, m: usize, directions: &[(f64, f64)]) -> Result<DMatrix<f64>> {
         let mut all = DMatrix::zeros(self.degree() + 1 - m, directions.len());
@@ -345,8 +355,10 @@ impl LightReader {
     /// m ≥ 0 of the cosine and m < 0 of the sine; that of the field for an order that is not read.
     ///
     /// # Errors
-    /// [`Error::Degree`] for l beyond the reader's or |m| beyond l.
+    /// [`Error::Degree`] for l beyond the reader's or |m| beyond l; [`Error::Length`] for an
+    /// estimate to another degree.
     pub fn deviation(&self, estimate: &LightEstimate, l: usize, m: isize) -> Result<f64> {
+        self.check(estimate)?;
         let order = m.unsigned_abs();
         if l > self.degree() || order > l {
             return Err(Error::Degree {
@@ -381,13 +393,14 @@ impl LightReader {
     /// lights.
     ///
     /// # Errors
-    /// None that a caller can cause.
+    /// [`Error::Length`] for an estimate to another degree.
     pub fn radiance(
         &self,
         estimate: &LightEstimate,
         polar: f64,
         azimuths: &[f64],
     ) -> Result<Vec<(f64, f64)>> {
+        self.check(estimate)?;
         let (sin, cos) = polar.sin_cos();
         // What the field leaves open is the same all round.
         let mut field = 0.0;

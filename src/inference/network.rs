@@ -239,7 +239,7 @@ impl Network {
     ///
     /// # Errors
     /// [`Error::Length`] for another number of values, statistics or derivatives than the network
-    /// has, and what `loss` finds wrong.
+    /// has, or a gradient of another shape, and what `loss` finds wrong.
     pub fn learn(
         &self,
         picture: &[f32],
@@ -249,6 +249,11 @@ impl Network {
         loss: impl Fn(&[f32]) -> Result<(f32, Vec<f32>)>,
     ) -> Result<f32> {
         self.check(picture, statistics)?;
+        check_length(
+            "the numbers of a gradient",
+            self.parameters().map(<[f32]>::len).sum(),
+            gradient.parameters().map(<[f32]>::len).sum(),
+        )?;
         let keep = || {
             if rng.random::<f32>() < 0.8 { 1.25 } else { 0.0 }
         };
@@ -550,5 +555,11 @@ mod tests {
                 .outputs(&vec![0.0; Network::INPUTS], &[0.0])
                 .is_err()
         );
+        let mut other = Network::random(2, 5, 3).zeros();
+        let mut rng = Pcg64::seed_from_u64(1);
+        let input = vec![0.0; Network::INPUTS];
+        let loss = |outputs: &[f32]| Ok((0.0, outputs.to_vec()));
+        let refused = network.learn(&input, &[0.0; 2], &mut other, &mut rng, loss);
+        assert!(matches!(refused, Err(Error::Length { .. })));
     }
 }

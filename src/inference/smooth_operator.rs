@@ -53,7 +53,7 @@ impl SmoothModes {
     /// [`Error::Length`] for modes of another layout.
     pub fn new(modes: &Modes, layout: &RingLayout) -> Result<Self> {
         let rings = layout.angles().len();
-        check_length("a ring's amplitudes", rings, modes.cosine(0).len())?;
+        modes.check(layout)?;
         let basis = basis(layout).transpose();
         let orders = (0..=layout.orders())
             .map(|m| {

@@ -165,6 +165,23 @@ fn the_posterior_is_that_of_one_dense_gaussian() {
         "{found} {expected}"
     );
     assert!((radiance - along.dot(&mean)).abs() < 1e-8, "{radiance}");
+    // What is of another reader, or of another layout, is refused.
+    let lower = natural_spectrum(0.4, 8);
+    let lower = LightReader::new(LOBE, reflectance, &layout, &lower, noise, ONE).unwrap();
+    assert!(matches!(
+        lower.radiance(&estimate, 0.3, &[0.0]),
+        Err(Error::Length { .. })
+    ));
+    assert!(matches!(
+        lower.deviation(&estimate, 3, 0),
+        Err(Error::Length { .. })
+    ));
+    let fewer = RingLayout::new(Viewpoint::Orthographic, 5, 2).unwrap();
+    let few = Modes::from_values(&fewer, vec![0.0; fewer.len()]).unwrap();
+    assert!(matches!(
+        reader.read(&few, &lights),
+        Err(Error::Length { .. })
+    ));
     assert!(matches!(
         reader.deviation(&estimate, 13, 0),
         Err(Error::Degree { .. })
