@@ -491,6 +491,7 @@ The keys of --json, an object a picture:
   found             whether it was found in the picture, not given by --circle or by a mask
   others            circles that may be spheres too
   saturated         the share of the sphere's pixels that are saturated
+  seen              the share of the circle that lies in the picture
   grey              whether it has no colour, and was named without
   distance          how far the camera is, in radii of the sphere, or null where that is not known")]
 pub(super) struct Classify {

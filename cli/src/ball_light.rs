@@ -17,7 +17,8 @@ const HEIGHT: usize = 128;
 /// The degree to which light is read: what pictures of 96 pixels show.
 const DEGREE: usize = 96;
 
-/// η of the light that is expected; the built-in maps lie between 0 and 0.9.
+/// η of the field, in the middle of 0.2 … 0.8, which is what the built-in maps without a sun in them
+/// have (`lobes spectrum`): a sun is a light of its own.
 const ETA: f64 = 0.5;
 
 /// The noise of a photograph of 8 bits, as a share of the amplitudes.

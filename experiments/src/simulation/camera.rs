@@ -5,16 +5,8 @@ use image::{ExtendedColorType, ImageFormat};
 
 use super::draw::Draw;
 use super::nuisances::Nuisances;
+use lobes::files::srgb_of_linear;
 use lobes::illumination::Luminance;
-
-/// sRGB's curve.
-pub(super) fn encoded(v: f64) -> f64 {
-    if v <= 0.003_130_8 {
-        12.92 * v
-    } else {
-        1.055 * v.powf(1.0 / 2.4) - 0.055
-    }
-}
 
 /// A camera.
 #[derive(Debug, Clone)]
@@ -237,7 +229,7 @@ impl Camera {
         // A shoulder: highlights are drawn together.
         let v = v / (1.0 + self.shoulder * 0.5 * v) * (1.0 + self.shoulder * 0.5);
         let v = (v - self.toe).max(0.0) / (1.0 - self.toe);
-        let code = encoded(v.min(1.0));
+        let code = srgb_of_linear(v.min(1.0));
         // An S about the middle.
         if self.contrast == 1.0 {
             return code;

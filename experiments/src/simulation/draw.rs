@@ -55,10 +55,9 @@ impl Draw {
         self.0.random()
     }
 
-    /// A standard normal deviate (Box and Muller 1958, doi:10.1214/aoms/1177706645).
+    /// A standard normal deviate.
     pub(super) fn normal(&mut self) -> f64 {
-        let (u, v) = (self.unit(), self.unit());
-        (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+        lobes::picture::normal(&mut self.0)
     }
 
     /// A colour of any hue, of saturation and value on 0 … 1 (Smith 1978,
