@@ -307,7 +307,7 @@ fn overlay(photo: &Picture, circle: Circle, exposure: f64) -> Result<(Vec<u8>, (
             // Magenta at full strength whatever the exposure.
             return Some([1.0, 0.0, 1.0].map(|value| value / exposure));
         }
-        Some(photo.pixels()[y * photo.width() + x])
+        photo.get(y, x)
     })?;
     Ok((png, (width, height)))
 }

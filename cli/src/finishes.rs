@@ -183,7 +183,7 @@ fn sheet(maps: &[EnvironmentMap]) -> Result<Vec<u8>> {
             let mut sum = [0.0; 4];
             for y in range(v) {
                 for x in range(u) {
-                    let [r, g, b] = photograph.pixels()[y * side + x];
+                    let [r, g, b] = photograph.get(y, x).unwrap_or_default();
                     sum = [sum[0] + r, sum[1] + g, sum[2] + b, sum[3] + 1.0];
                 }
             }

@@ -29,7 +29,7 @@ pub(crate) fn mask_of(
     mask: Option<&Bound<'_, PyAny>>,
     rows: usize,
     columns: usize,
-) -> PyResult<Option<Vec<f64>>> {
+) -> PyResult<Option<Vec<f32>>> {
     let Some(mask) = mask else {
         return Ok(None);
     };
@@ -45,7 +45,11 @@ pub(crate) fn mask_of(
             shape_name(mask.shape())
         )));
     }
-    let values: Vec<_> = mask.as_slice()?.iter().map(|value| value / scale).collect();
+    let values: Vec<f32> = mask
+        .as_slice()?
+        .iter()
+        .map(|value| (value / scale) as f32)
+        .collect();
     match values.iter().find(|value| !(0.0..=1.0).contains(*value)) {
         None => Ok(Some(values)),
         Some(value) => Err(PyValueError::new_err(format!(
@@ -131,7 +135,7 @@ impl Picture {
     /// Linear radiance, (rows, columns, 3).
     #[getter]
     fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let flat = self.0.pixels().as_flattened().to_vec();
+        let flat = self.0.radiance().flatten().collect();
         shaped(py, &[self.0.height(), self.0.width(), 3], flat)
     }
 
@@ -141,7 +145,10 @@ impl Picture {
         let shape = [self.0.height(), self.0.width()];
         self.0
             .mask()
-            .map(|mask| shaped(py, &shape, mask.to_vec()))
+            .map(|mask| {
+                let mask = mask.iter().map(|part| f64::from(*part)).collect();
+                shaped(py, &shape, mask)
+            })
             .transpose()
     }
 

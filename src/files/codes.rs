@@ -4,19 +4,29 @@ use moxcms::{ColorProfile, DataColorSpace, ToneCurveEvaluator, ToneReprCurve};
 use nalgebra::Matrix3;
 
 use super::primaries::{Primaries, ToRec709};
+use super::raster::{Codes, Layout, Raster};
 use super::{Problem, linear_of_srgb};
 
 /// What a PNG, JPEG, WebP or TIFF holds.
 pub(crate) struct Coded {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// Linear radiance of Rec. 709; the largest code of a channel is 1, before other primaries are
-    /// converted.
-    pub(crate) pixels: Vec<[f64; 3]>,
-    pub(crate) mask: Option<Vec<f64>>,
-    /// The linear value of a code of 252/255; nothing for radiance, which floats are.
-    pub(crate) ceiling: Option<f64>,
+    pub(crate) pixels: Pixels,
+    /// How much alpha leaves of each pixel.
+    pub(crate) mask: Option<Vec<f32>>,
     pub(crate) said: Said,
+}
+
+/// Pixels as they are stored; their radiance is that of Rec. 709.
+pub(crate) enum Pixels {
+    /// The largest code of a channel is 1, before other primaries are converted.
+    Codes {
+        raster: Raster,
+        /// The linear value of a code of 252/255.
+        ceiling: f64,
+    },
+    /// Floats.
+    Radiance(Vec<[f64; 3]>),
 }
 
 /// What EXIF says of a picture; 0 is nothing.
@@ -170,7 +180,7 @@ impl Space {
         &self,
         [width, height]: [usize; 2],
         mut pixels: Vec<[f64; 3]>,
-        mask: Option<Vec<f64>>,
+        mask: Option<Vec<f32>>,
     ) -> Result<Coded, Problem> {
         let bent = |code: f64| self.linear(code).iter().any(|v| (v - code).abs() > 2e-3);
         if (0..=16).any(|i| bent(f64::from(i) / 16.0)) {
@@ -187,45 +197,51 @@ impl Space {
         Ok(Coded {
             width,
             height,
-            pixels,
+            pixels: Pixels::Radiance(pixels),
             mask,
-            ceiling: None,
             said: Said::default(),
         })
     }
 
-    /// A picture of the size, of red, green, blue and alpha of each pixel as codes up to `most`.
+    /// A picture of the size, of codes.
     pub(super) fn picture(
         &self,
         [width, height]: [usize; 2],
-        most: u16,
-        has_alpha: bool,
-        codes: impl Iterator<Item = [u16; 4]>,
+        codes: Codes,
+        mask: Option<Vec<f32>>,
     ) -> Coded {
-        let most = f64::from(most);
-        let table: Vec<[f64; 3]> = (0..=most as u16)
-            .map(|code| self.linear(f64::from(code) / most))
-            .collect();
-        let mut mask = Vec::with_capacity(if has_alpha { width * height } else { 0 });
-        let mut pixels = Vec::with_capacity(width * height);
-        for [r, g, b, alpha] in codes {
-            let at = |code: u16, channel: usize| table[usize::from(code)][channel];
-            let rgb = [at(r, 0), at(g, 1), at(b, 2)];
-            pixels.push(match &self.to_rec709 {
-                Some(matrix) => matrix.apply(rgb),
-                None => rgb,
-            });
-            if has_alpha {
-                mask.push(f64::from(alpha) / most);
-            }
-        }
+        let most = codes.most();
+        let table = (0..=most).map(|code| self.linear(f64::from(code) / f64::from(most)));
         Coded {
             width,
             height,
-            pixels,
-            mask: has_alpha.then_some(mask),
-            ceiling: Some(self.linear(SATURATED).into_iter().fold(1.0, f64::min)),
+            pixels: Pixels::Codes {
+                raster: Raster {
+                    codes,
+                    table: table.collect(),
+                    to_rec709: self.to_rec709,
+                },
+                ceiling: self.linear(SATURATED).into_iter().fold(1.0, f64::min),
+            },
+            mask,
             said: Said::default(),
         }
+    }
+
+    /// [`picture`](Self::picture), of bytes that follow each other as they like.
+    pub(super) fn of_bytes(&self, size: [usize; 2], layout: Layout, samples: Vec<u8>) -> Coded {
+        let mask = layout.mask(&samples, u8::MAX);
+        let codes = if layout.is_colours() {
+            samples
+        } else {
+            layout.colours(&samples)
+        };
+        self.picture(size, Codes::Eight(codes), mask)
+    }
+
+    /// [`of_bytes`](Self::of_bytes), of sixteen bits.
+    pub(super) fn of_words(&self, size: [usize; 2], layout: Layout, samples: &[u16]) -> Coded {
+        let mask = layout.mask(samples, u16::MAX);
+        self.picture(size, Codes::Sixteen(layout.colours(samples)), mask)
     }
 }

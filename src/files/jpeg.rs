@@ -9,6 +9,7 @@ use zune_jpeg::JpegDecoder;
 
 use super::codes::{Coded, Curve, Said, Space};
 use super::primaries::Primaries;
+use super::raster::Codes;
 use super::{Problem, check_size};
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
@@ -37,17 +38,12 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
         }
         None => Space::SRGB,
     };
-    let (pixels, _) = data.as_chunks::<3>();
-    if pixels.len() != width * height {
+    if data.len() != 3 * width * height {
         return Err(Problem::corrupt("its pixels do not fit its size"));
     }
-    let codes = pixels
-        .iter()
-        .map(|[r, g, b]| [*r, *g, *b, 255].map(u16::from));
-    let picture = space.picture([width, height], 255, false, codes);
     Ok(Coded {
         said: exif.map(Said::of_exif).unwrap_or_default(),
-        ..picture
+        ..space.picture([width, height], Codes::Eight(data), None)
     })
 }
 

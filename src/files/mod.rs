@@ -10,6 +10,7 @@ mod jpeg;
 mod pfm;
 mod png;
 mod primaries;
+mod raster;
 mod srgb;
 mod tiff;
 mod webp;
@@ -19,9 +20,10 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-pub(crate) use self::codes::Coded;
+pub(crate) use self::codes::{Coded, Pixels};
 pub use self::exr::is_guarded;
 pub use self::exr::{Precision, encode_exr, write_exr};
+pub(crate) use self::raster::Raster;
 pub use self::srgb::{linear_of_srgb, srgb_of_linear};
 
 use crate::{Error, Result};

@@ -6,6 +6,7 @@ use ::png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Transform
 
 use super::codes::{Coded, Curve, Said, Space};
 use super::primaries::Primaries;
+use super::raster::Layout;
 use super::{MOST_PIXELS, Problem, check_size};
 
 /// Deflate makes at most 1032 bytes of one; a little more than that counts for what stands around
@@ -67,40 +68,32 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
     // What a file says of itself may follow its pixels.
     reader.finish().map_err(problem)?;
     let info = reader.info();
-    let (grey, has_alpha, channels) = match frame.color_type {
-        ColorType::Grayscale => (true, false, 1),
-        ColorType::GrayscaleAlpha => (true, true, 2),
-        ColorType::Rgb => (false, false, 3),
-        ColorType::Rgba => (false, true, 4),
+    let (grey, has_alpha) = match frame.color_type {
+        ColorType::Grayscale => (true, false),
+        ColorType::GrayscaleAlpha => (true, true),
+        ColorType::Rgb => (false, false),
+        ColorType::Rgba => (false, true),
         ColorType::Indexed => return Err(Problem::corrupt("its palette is missing")),
     };
     let space = space(info, grey)?;
     let exif = info.exif_metadata.as_deref();
     let said = exif.map(Said::of_exif).unwrap_or_default();
     let wide = frame.bit_depth == BitDepth::Sixteen;
-    let most = if wide { u16::MAX } else { 255 };
-    let code = |index: usize| {
-        if wide {
-            u16::from_be_bytes([data[2 * index], data[2 * index + 1]])
-        } else {
-            u16::from(data[index])
-        }
+    let (size, layout) = (
+        [width, height],
+        Layout {
+            grey,
+            has_alpha,
+            planar: false,
+        },
+    );
+    let picture = if wide {
+        let (pairs, _) = data.as_chunks::<2>();
+        let words: Vec<u16> = pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect();
+        space.of_words(size, layout, &words)
+    } else {
+        space.of_bytes(size, layout, data)
     };
-    let codes = (0..width * height).map(|pixel| {
-        let first = pixel * channels;
-        let alpha = if has_alpha {
-            code(first + channels - 1)
-        } else {
-            most
-        };
-        if grey {
-            let value = code(first);
-            [value, value, value, alpha]
-        } else {
-            [code(first), code(first + 1), code(first + 2), alpha]
-        }
-    });
-    let picture = space.picture([width, height], most, has_alpha, codes);
     Ok(Coded { said, ..picture })
 }
 

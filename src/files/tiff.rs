@@ -7,6 +7,7 @@ use ::tiff::tags::Tag;
 use ::tiff::{ColorType, TiffError};
 
 use super::codes::{Coded, Said, Space};
+use super::raster::Layout;
 use super::{MOST_PIXELS, Problem, check_size};
 
 pub(super) fn recognises(bytes: &[u8]) -> bool {
@@ -63,18 +64,14 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
     let layout = decoder
         .read_image_to_buffer(&mut samples)
         .map_err(problem)?;
-    let channels = if grey { 1 } else { 3 } + usize::from(has_alpha);
-    let pixels = width * height;
-    // Interleaved, or each channel by itself.
-    let (step, plane) = if layout.planes > 1 {
-        (1, pixels)
-    } else {
-        (channels, 1)
+    let size = [width, height];
+    let layout = Layout {
+        grey,
+        has_alpha,
+        planar: layout.planes > 1,
     };
-    let place = |pixel: usize, channel: usize| pixel * step + channel * plane;
-    let colours: [usize; 3] = if grey { [0; 3] } else { [0, 1, 2] };
     let fits = |count: usize| -> Result<(), Problem> {
-        if count == pixels * channels {
+        if count == width * height * layout.channels() {
             Ok(())
         } else {
             Err(Problem::corrupt("its pixels do not fit its size"))
@@ -86,35 +83,24 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
             None => Ok(without),
         }
     };
-    let coded = |count: usize, most: u16, at: &dyn Fn(usize) -> u16| -> Result<Coded, Problem> {
-        fits(count)?;
-        let codes = (0..pixels).map(|pixel| {
-            let [r, g, b] = colours.map(|channel| at(place(pixel, channel)));
-            let alpha = if has_alpha {
-                at(place(pixel, channels - 1))
-            } else {
-                most
-            };
-            [r, g, b, alpha]
-        });
-        Ok(space(Space::SRGB)?.picture([width, height], most, has_alpha, codes))
+    let radiance = |values: Vec<f64>| -> Result<Coded, Problem> {
+        fits(values.len())?;
+        let (colours, mask) = (layout.colours(&values), layout.mask(&values, 1.0));
+        let (pixels, _) = colours.as_chunks::<3>();
+        space(Space::LINEAR)?.radiance(size, pixels.to_vec(), mask)
     };
-    let radiance = |count: usize, at: &dyn Fn(usize) -> f64| -> Result<Coded, Problem> {
-        fits(count)?;
-        let values = (0..pixels).map(|pixel| colours.map(|channel| at(place(pixel, channel))));
-        let alpha = || {
-            (0..pixels)
-                .map(|pixel| at(place(pixel, channels - 1)))
-                .collect()
-        };
-        space(Space::LINEAR)?.radiance([width, height], values.collect(), has_alpha.then(alpha))
-    };
-    let picture = match &samples {
-        DecodingResult::U8(data) => coded(data.len(), 255, &|i| u16::from(data[i])),
-        DecodingResult::U16(data) => coded(data.len(), u16::MAX, &|i| data[i]),
-        DecodingResult::F16(data) => radiance(data.len(), &|i| f64::from(data[i])),
-        DecodingResult::F32(data) => radiance(data.len(), &|i| f64::from(data[i])),
-        DecodingResult::F64(data) => radiance(data.len(), &|i| data[i]),
+    let picture = match samples {
+        DecodingResult::U8(data) => {
+            fits(data.len())?;
+            Ok(space(Space::SRGB)?.of_bytes(size, layout, data))
+        }
+        DecodingResult::U16(data) => {
+            fits(data.len())?;
+            Ok(space(Space::SRGB)?.of_words(size, layout, &data))
+        }
+        DecodingResult::F16(data) => radiance(data.into_iter().map(f64::from).collect()),
+        DecodingResult::F32(data) => radiance(data.into_iter().map(f64::from).collect()),
+        DecodingResult::F64(data) => radiance(data),
         _ => Err(unread(&format!(
             "has whole numbers of {bits} bits, a depth"
         ))),

@@ -5,6 +5,7 @@ use std::io::Cursor;
 use image_webp::{DecodingError, WebPDecoder};
 
 use super::codes::{Coded, Said, Space};
+use super::raster::Layout;
 use super::{MOST_PIXELS, Problem, check_size};
 
 pub(super) fn recognises(bytes: &[u8]) -> bool {
@@ -47,11 +48,13 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
     let exif = decoder.exif_metadata().map_err(problem)?;
     let said = exif.as_deref().map(Said::of_exif).unwrap_or_default();
     let has_alpha = decoder.has_alpha();
-    let channels = if has_alpha { 4 } else { 3 };
-    let codes = data.chunks_exact(channels).map(|pixel| {
-        let alpha = pixel.get(3).copied().unwrap_or(255);
-        [pixel[0], pixel[1], pixel[2], alpha].map(u16::from)
-    });
-    let picture = space.picture([width, height], 255, has_alpha, codes);
-    Ok(Coded { said, ..picture })
+    let layout = Layout {
+        grey: false,
+        has_alpha,
+        planar: false,
+    };
+    Ok(Coded {
+        said,
+        ..space.of_bytes([width, height], layout, data)
+    })
 }

@@ -153,7 +153,7 @@ fn codes(picture: &Picture, circle: Circle) -> Result<Vec<u8>> {
         let (left, top) = (x as usize, y as usize);
         let (right, below) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
         let (fx, fy) = (x - left as f64, y - top as f64);
-        let at = |row: usize, column: usize| picture.pixels()[row * width + column];
+        let at = |row, column| picture.get(row, column).unwrap_or_default();
         let corners = [
             (at(top, left), (1.0 - fy) * (1.0 - fx)),
             (at(top, right), (1.0 - fy) * fx),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::picture::Picture;
-use crate::files::{self, Coded, Problem};
+use crate::files::{self, Coded, Pixels, Problem};
 use crate::{Error, Result};
 
 impl Picture {
@@ -65,7 +65,10 @@ impl Picture {
             other => refused(other),
         })?;
         match alpha {
-            Some(mask) => picture.with_mask(mask).map_err(refused),
+            Some(mask) => {
+                let mask = mask.into_iter().map(|part| part as f32).collect();
+                picture.with_mask(mask).map_err(refused)
+            }
             None => Ok(picture),
         }
     }
@@ -76,13 +79,26 @@ impl Picture {
     fn of_codes(coded: Coded) -> Result<Self> {
         let orientation = coded.said.orientation;
         let stored = [coded.width, coded.height];
-        let ([width, height], pixels) = turned(orientation, stored, coded.pixels);
-        let mut picture = match coded.ceiling {
-            Some(ceiling) => Self::decoded(width, height, pixels, ceiling)?,
-            None => Self::linear(width, height, pixels)?,
+        let [width, height] = size_turned(orientation, stored);
+        let from = |place: usize| stored_at(orientation, stored, place);
+        let upright = !(2..=8).contains(&orientation);
+        let mut picture = match coded.pixels {
+            Pixels::Codes { raster, ceiling } => {
+                let raster = if upright {
+                    raster
+                } else {
+                    raster.reordered(from)
+                };
+                Self::decoded(width, height, raster, ceiling)?
+            }
+            Pixels::Radiance(pixels) => {
+                let pixels = (0..pixels.len()).map(|place| pixels[from(place)]).collect();
+                Self::linear(width, height, pixels)?
+            }
         };
         if let Some(mask) = coded.mask {
-            picture = picture.with_mask(turned(orientation, stored, mask).1)?;
+            let mask = (0..mask.len()).map(|place| mask[from(place)]).collect();
+            picture = picture.with_mask(mask)?;
         }
         // Film of 36 × 24 mm has a diagonal of 43.27 mm.
         let millimetres = coded.said.focal_length_on_film;
@@ -102,37 +118,33 @@ fn damaged(problem: &dyn std::fmt::Display) -> Problem {
     )
 }
 
-/// The pixels as EXIF's orientation, a number from 1 to 8, has them looked at, with the width and
-/// the height that they have then.
-fn turned<T: Copy>(
-    orientation: u32,
-    [width, height]: [usize; 2],
-    pixels: Vec<T>,
-) -> ([usize; 2], Vec<T>) {
-    if !(2..=8).contains(&orientation) {
-        return ([width, height], pixels);
-    }
-    let size = if orientation > 4 {
+/// The width and the height that a picture has when it is looked at as EXIF's orientation, a number
+/// from 1 to 8, says.
+fn size_turned(orientation: u32, [width, height]: [usize; 2]) -> [usize; 2] {
+    if (5..=8).contains(&orientation) {
         [height, width]
     } else {
         [width, height]
+    }
+}
+
+/// Where the pixel is stored that is looked at in a place, both row by row.
+fn stored_at(orientation: u32, stored: [usize; 2], place: usize) -> usize {
+    let [width, height] = stored;
+    let across = size_turned(orientation, stored)[0];
+    let (row, column) = (place / across, place % across);
+    let (right, bottom) = (width - 1, height - 1);
+    let (row, column) = match orientation {
+        2 => (row, right - column),
+        3 => (bottom - row, right - column),
+        4 => (bottom - row, column),
+        5 => (column, row),
+        6 => (bottom - column, row),
+        7 => (bottom - column, right - row),
+        8 => (column, right - row),
+        _ => (row, column),
     };
-    let turned = (0..size[0] * size[1]).map(|index| {
-        let (row, column) = (index / size[0], index % size[0]);
-        let (right, bottom) = (width - 1, height - 1);
-        // Where it is stored.
-        let (row, column) = match orientation {
-            2 => (row, right - column),
-            3 => (bottom - row, right - column),
-            4 => (bottom - row, column),
-            5 => (column, row),
-            6 => (bottom - column, row),
-            7 => (bottom - column, right - row),
-            _ => (column, right - row),
-        };
-        pixels[row * width + column]
-    });
-    (size, turned.collect())
+    row * width + column
 }
 
 #[cfg(test)]
@@ -159,7 +171,7 @@ mod tests {
             .unwrap();
         let picture = on_disk(&bytes);
         let half = files::linear_of_srgb(f64::from(0x8000u16) / 65535.0);
-        assert!((picture.pixels()[0][1] - half).abs() < 1e-12);
+        assert!((picture.get(0, 0).unwrap()[1] - half).abs() < 1e-12);
         assert!(picture.is_encoded() && !picture.has_mask());
     }
 

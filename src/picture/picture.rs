@@ -2,7 +2,7 @@
 
 use crate::error::check_length;
 #[cfg(feature = "files")]
-use crate::files::linear_of_srgb;
+use crate::files::{Raster, linear_of_srgb};
 use crate::illumination::Luminance;
 use crate::{Error, Result};
 
@@ -26,15 +26,50 @@ use crate::{Error, Result};
 pub struct Picture {
     pub(super) width: usize,
     pub(super) height: usize,
-    pub(super) pixels: Vec<[f64; 3]>,
+    pub(super) pixels: Pixels,
     /// How much of each pixel a mask leaves; everything where there is none.
-    pub(super) mask: Option<Vec<f64>>,
+    pub(super) mask: Option<Vec<f32>>,
     /// The value from which on a pixel is saturated.
     pub(super) ceiling: f64,
     /// Whether it came as codes, not as radiance.
     pub(super) encoded: bool,
     /// The focal length in pixels, where it is known.
     pub(super) focal: Option<f64>,
+}
+
+/// Pixels as they came; two are equal where their radiance is.
+#[derive(Debug, Clone)]
+pub(super) enum Pixels {
+    Radiance(Vec<[f64; 3]>),
+    /// A quarter or an eighth of the memory, and what cameras write.
+    #[cfg(feature = "files")]
+    Codes(Raster),
+}
+
+impl Pixels {
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Radiance(pixels) => pixels.len(),
+            #[cfg(feature = "files")]
+            Self::Codes(raster) => raster.len(),
+        }
+    }
+
+    /// The radiance of a pixel.
+    #[inline]
+    pub(super) fn at(&self, index: usize) -> [f64; 3] {
+        match self {
+            Self::Radiance(pixels) => pixels[index],
+            #[cfg(feature = "files")]
+            Self::Codes(raster) => raster.at(index),
+        }
+    }
+}
+
+impl PartialEq for Pixels {
+    fn eq(&self, other: &Self) -> bool {
+        self.len() == other.len() && (0..self.len()).all(|i| self.at(i) == other.at(i))
+    }
 }
 
 /// An 8-bit code from which on a pixel counts as saturated: JPEG smears the last few.
@@ -67,7 +102,7 @@ impl Picture {
         Ok(Self {
             width,
             height,
-            pixels,
+            pixels: Pixels::Radiance(pixels),
             mask: None,
             ceiling: f64::INFINITY,
             encoded: false,
@@ -100,18 +135,40 @@ impl Picture {
         }
     }
 
-    /// A picture of linear radiance that came as codes, saturated from `ceiling` on.
+    /// A picture of sRGB codes of 8 bits, red, green and blue of each pixel: [`encoded`](Self::encoded)
+    /// in an eighth of the memory.
+    ///
+    /// # Errors
+    /// As [`linear`](Self::linear).
+    #[cfg(feature = "files")]
+    pub fn from_srgb8(width: usize, height: usize, codes: Vec<u8>) -> Result<Self> {
+        let raster = Raster::srgb(codes);
+        Self::decoded(width, height, raster, linear_of_srgb(SATURATED))
+    }
+
+    /// A picture of codes, saturated from the linear value `ceiling` on.
     #[cfg(feature = "files")]
     pub(super) fn decoded(
         width: usize,
         height: usize,
-        pixels: Vec<[f64; 3]>,
+        raster: Raster,
         ceiling: f64,
     ) -> Result<Self> {
+        check_length("the picture", width.saturating_mul(height), raster.len())?;
+        if raster.len() == 0 {
+            return Err(Error::Empty {
+                what: "a picture",
+                needs: "a pixel",
+            });
+        }
         Ok(Self {
+            width,
+            height,
+            pixels: Pixels::Codes(raster),
+            mask: None,
             ceiling,
             encoded: true,
-            ..Self::linear(width, height, pixels)?
+            focal: None,
         })
     }
 
@@ -120,7 +177,7 @@ impl Picture {
     ///
     /// # Errors
     /// [`Error::Length`] unless there is one value a pixel.
-    pub fn with_mask(mut self, mask: Vec<f64>) -> Result<Self> {
+    pub fn with_mask(mut self, mask: Vec<f32>) -> Result<Self> {
         check_length("the mask", self.pixels.len(), mask.len())?;
         self.mask = mask.iter().any(|part| *part < 0.5).then_some(mask);
         Ok(self)
@@ -153,9 +210,16 @@ impl Picture {
         self.height
     }
 
-    /// Linear radiance, row by row.
-    pub fn pixels(&self) -> &[[f64; 3]] {
-        &self.pixels
+    /// The linear radiance of a pixel by its row and column; nothing past the last.
+    #[inline]
+    pub fn get(&self, row: usize, column: usize) -> Option<[f64; 3]> {
+        (row < self.height && column < self.width)
+            .then(|| self.pixels.at(row * self.width + column))
+    }
+
+    /// The linear radiance of every pixel, row by row.
+    pub fn radiance(&self) -> impl ExactSizeIterator<Item = [f64; 3]> {
+        (0..self.pixels.len()).map(|index| self.pixels.at(index))
     }
 
     /// Whether it came as sRGB codes.
@@ -164,7 +228,7 @@ impl Picture {
     }
 
     /// How much of each pixel the mask leaves, row by row; nothing where there is no mask.
-    pub fn mask(&self) -> Option<&[f64]> {
+    pub fn mask(&self) -> Option<&[f32]> {
         self.mask.as_deref()
     }
 
@@ -180,11 +244,7 @@ impl Picture {
 
     /// The mean luminance.
     pub(super) fn mean_luminance(&self) -> f64 {
-        let sum: f64 = self
-            .pixels
-            .iter()
-            .map(|rgb| Luminance::Rec709.of(*rgb))
-            .sum();
+        let sum: f64 = self.radiance().map(|rgb| Luminance::Rec709.of(rgb)).sum();
         sum / self.pixels.len() as f64
     }
 }

@@ -175,7 +175,7 @@ impl Picture {
             return self.ceiling;
         }
         let (mut largest, mut at, mut count) = (0.0f64, 0.0, 0.0);
-        for (i, rgb) in self.pixels.iter().enumerate() {
+        for (i, rgb) in self.radiance().enumerate() {
             let (x, y) = ((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
             if (x - circle.x).hypot(y - circle.y) >= circle.radius - 0.7 {
                 continue;
@@ -212,7 +212,7 @@ impl Picture {
                     (top + dy).min(self.height - 1),
                 );
                 if wx * wy > 0.0 && counts(column, row) {
-                    let rgb = self.pixels[row * self.width + column];
+                    let rgb = self.pixels.at(row * self.width + column);
                     for channel in 0..3 {
                         sum[channel] += wx * wy * rgb[channel];
                     }
@@ -224,7 +224,8 @@ impl Picture {
             return sum.map(|sum| sum / total);
         }
         let (column, row) = (x.round() as usize, y.round() as usize);
-        self.pixels[row.min(self.height - 1) * self.width + column.min(self.width - 1)]
+        self.pixels
+            .at(row.min(self.height - 1) * self.width + column.min(self.width - 1))
     }
 }
 
@@ -346,7 +347,7 @@ mod tests {
         let half = [128.0 / 255.0; 3];
         let mut codes = vec![half; 200 * 200];
         let picture = Picture::encoded(200, 200, codes.clone()).unwrap();
-        assert!((picture.pixels()[0][1] - linear_of_srgb(128.0 / 255.0)).abs() < 1e-15);
+        assert!((picture.get(0, 0).unwrap()[1] - linear_of_srgb(128.0 / 255.0)).abs() < 1e-15);
         let sphere = picture.sphere(CIRCLE).unwrap();
         assert_eq!((sphere.saturated, sphere.clipped), (0.0, true));
         for code in codes.iter_mut().take(100 * 200) {

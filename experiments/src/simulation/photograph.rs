@@ -36,11 +36,7 @@ impl SimulatedPhotograph {
     /// # Errors
     /// None that a caller can cause.
     pub fn picture(&self) -> Result<Picture> {
-        let (pixels, _) = self.codes.as_chunks::<3>();
-        let codes = pixels
-            .iter()
-            .map(|rgb| rgb.map(|code| f64::from(code) / 255.0));
-        Picture::encoded(self.side, self.side, codes.collect())
+        Picture::from_srgb8(self.side, self.side, self.codes.clone())
     }
 }
 

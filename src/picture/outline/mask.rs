@@ -7,10 +7,13 @@ use crate::{Error, Result};
 ///
 /// # Errors
 /// A mask that is empty or not round.
-pub(in crate::picture) fn of_mask(coverage: &[f64], width: usize) -> Result<Circle> {
+pub(in crate::picture) fn of_mask(coverage: &[f32], width: usize) -> Result<Circle> {
     let (mut count, mut x, mut y) = (0.0f64, 0.0, 0.0);
     let (mut left, mut right, mut top, mut bottom) = (f64::MAX, 0.0f64, f64::MAX, 0.0f64);
-    for (i, &part) in coverage.iter().enumerate().filter(|(_, part)| **part > 0.0) {
+    for (i, part) in coverage.iter().map(|part| f64::from(*part)).enumerate() {
+        if part <= 0.0 {
+            continue;
+        }
         let (column, row) = ((i % width) as f64, (i / width) as f64);
         count += part;
         x += part * (column + 0.5);

@@ -225,10 +225,10 @@ mod tests {
             radius: 30.0,
         };
         let mask = ball(120, 90, truth, |_, _| 1.0, |_, _| 0.0);
-        let mask: Vec<f64> = mask.iter().map(|rgb| rgb[0]).collect();
+        let mask: Vec<f32> = mask.iter().map(|rgb| rgb[0] as f32).collect();
         assert!(error(of_mask(&mask, 120).unwrap(), truth) < 0.1);
-        let half: Vec<f64> = (0..120 * 90)
-            .map(|i| f64::from(u8::from(i % 120 < 60)))
+        let half: Vec<f32> = (0..120 * 90)
+            .map(|i| f32::from(u8::from(i % 120 < 60)))
             .collect();
         assert!(of_mask(&half, 120).is_err(), "half the picture is no disc");
         assert!(of_mask(&[0.0; 120 * 90], 120).is_err());

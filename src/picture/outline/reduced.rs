@@ -32,7 +32,8 @@ impl Reduced {
                 let (row, column) = (i / width * scale, i % width * scale);
                 let mut sum = [0.0; 3];
                 for y in row..row + scale {
-                    for rgb in &picture.pixels()[y * picture.width() + column..][..scale] {
+                    for x in column..column + scale {
+                        let rgb = picture.pixels.at(y * picture.width() + x);
                         for c in 0..3 {
                             sum[c] += share * rgb[c];
                         }
