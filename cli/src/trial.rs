@@ -12,7 +12,7 @@ use rand_pcg::Pcg64;
 use crate::output::sphere_exr;
 use crate::progress;
 use crate::report::FilesRow;
-use lobes::files::srgb_of_linear;
+use lobes::files::srgb8_of_linear;
 use lobes::illumination::{EnvironmentMap, Luminance};
 use lobes::inference::{Model, Plan, SphereFeatures, Training, View, collect};
 use lobes::picture::encode_png;
@@ -187,10 +187,6 @@ fn read(path: &Path, truth: Circle) -> Result<(SphereFeatures, f64)> {
     Ok((features, off / truth.radius))
 }
 
-fn code(linear: f64) -> u8 {
-    (255.0 * srgb_of_linear(linear.clamp(0.0, 1.0))).round() as u8
-}
-
 fn not_encoded(format: &'static str, size: (usize, usize), problem: &impl ToString) -> Error {
     Error::Encoding {
         format,
@@ -204,7 +200,10 @@ fn not_encoded(format: &'static str, size: (usize, usize), problem: &impl ToStri
 fn opaque_png(image: &SphereImage) -> Result<Vec<u8>> {
     let size = image.size();
     let pixels = (0..size * size).map(|i| image.get(i / size, i % size).unwrap_or_default());
-    let codes: Vec<u8> = pixels.flatten().map(|value| code(0.5 * value)).collect();
+    let codes: Vec<u8> = pixels
+        .flatten()
+        .map(|value| srgb8_of_linear(0.5 * value))
+        .collect();
     let side = u32::try_from(size).unwrap_or(u32::MAX);
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes)
@@ -242,7 +241,7 @@ fn photograph(image: &SphereImage, seed: u64) -> Result<(Vec<u8>, Circle)> {
             let deviation = (light / 1e4 + 1e-6).sqrt();
             // The sum of twelve uniform deviates, less six, is as good as normal here.
             let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-            codes.push(code(light + deviation * normal));
+            codes.push(srgb8_of_linear(light + deviation * normal));
         }
     }
     let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);

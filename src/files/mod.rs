@@ -24,7 +24,7 @@ pub(crate) use self::codes::{Coded, Pixels};
 pub use self::exr::is_guarded;
 pub use self::exr::{Precision, encode_exr, write_exr};
 pub(crate) use self::raster::Raster;
-pub use self::srgb::{linear_of_srgb, srgb_of_linear};
+pub use self::srgb::{linear_of_srgb, srgb_of_linear, srgb8_of_linear};
 
 use crate::{Error, Result};
 

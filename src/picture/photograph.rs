@@ -5,7 +5,7 @@ use image::{ExtendedColorType, ImageFormat};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::files::{linear_of_srgb, srgb_of_linear};
+use crate::files::{linear_of_srgb, srgb8_of_linear};
 use crate::illumination::Luminance;
 use crate::reflection::SphereImage;
 use crate::{Error, Result};
@@ -94,7 +94,7 @@ impl Photograph {
             let light = (value * exposure).max(0.0);
             let deviation = (light / self.full_well + self.read_noise.powi(2)).sqrt();
             let seen = (light + deviation * normal(rng)).clamp(0.0, 1.0);
-            codes.push((255.0 * srgb_of_linear(seen)).round() as u8);
+            codes.push(srgb8_of_linear(seen));
         }
         let Some(quality) = self.quality else {
             let (pixels, _) = codes.as_chunks::<3>();

@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
-use crate::files::srgb_of_linear;
+use crate::files::srgb8_of_linear;
 use crate::reflection::SphereImage;
 use crate::{Error, Result};
 
@@ -102,7 +102,7 @@ fn encode(
         for column in 0..width {
             match pixel(row, column) {
                 Some((rgb, opacity)) => {
-                    samples.extend(rgb.map(|value| code(value * exposure)));
+                    samples.extend(rgb.map(|value| srgb8_of_linear(value * exposure)));
                     samples.push((255.0 * opacity).round() as u8);
                 }
                 None => samples.extend([0; 4]),
@@ -125,11 +125,6 @@ fn encode(
             problem: error.to_string(),
         })?;
     Ok(bytes.into_inner())
-}
-
-/// The 8-bit sRGB code next to a linear value.
-fn code(linear: f64) -> u8 {
-    (255.0 * srgb_of_linear(linear.clamp(0.0, 1.0))).round() as u8
 }
 
 #[cfg(test)]

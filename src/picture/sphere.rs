@@ -133,7 +133,12 @@ impl Picture {
                     right *= limit / off;
                     down *= limit / off;
                 }
-                let rgb = self.interpolate(x + right, y + down, whole);
+                // So far in, every pixel beside the point counts.
+                let rgb = if off < limit - 0.7 {
+                    self.interpolate(x + right, y + down, |_, _| true)
+                } else {
+                    self.interpolate(x + right, y + down, whole)
+                };
                 for channel in 0..3 {
                     sum[channel] += rgb[channel];
                 }
@@ -202,7 +207,7 @@ impl Picture {
     fn interpolate(&self, x: f64, y: f64, counts: impl Fn(usize, usize) -> bool) -> [f64; 3] {
         let clamp = |v: f64, length: usize| v.clamp(0.0, (length - 1) as f64);
         let (x, y) = (clamp(x - 0.5, self.width), clamp(y - 0.5, self.height));
-        let (left, top) = (x.floor() as usize, y.floor() as usize);
+        let (left, top) = (x as usize, y as usize);
         let (fx, fy) = (x - left as f64, y - top as f64);
         let (mut sum, mut total) = ([0.0; 3], 0.0);
         for (dy, wy) in [(0, 1.0 - fy), (1, fy)] {
