@@ -295,9 +295,9 @@ fn read(path: &Path, options: &Classify, reader: &PortraitReader) -> Result<Sphe
     })
 }
 
-/// The picture, no larger than 1024 pixels, with the circle on it.
+/// The picture, no larger than 640 pixels, with the circle on it.
 fn overlay(photo: &Picture, circle: Circle, exposure: f64) -> Result<(Vec<u8>, (usize, usize))> {
-    let scale = photo.width().max(photo.height()).div_ceil(1024);
+    let scale = photo.width().max(photo.height()).div_ceil(640);
     let line = 1.5f64.max(0.01 * circle.radius / scale as f64) * scale as f64;
     let (width, height) = (photo.width() / scale, photo.height() / scale);
     let png = encode_png(width, height, exposure, |row, column| {

@@ -110,6 +110,7 @@ impl Picture {
         // A whole pixel farther in than the outline, and what bilinear interpolation reaches for
         // beyond.
         let limit = radius - 1.5;
+        let deep = limit - 0.7;
         let inner = (radius - 0.7) * (radius - 0.7);
         let whole = |column: usize, row: usize| {
             let (right, down) = (column as f64 + 0.5 - x, row as f64 + 0.5 - y);
@@ -125,18 +126,18 @@ impl Picture {
                 let part = samples as f64;
                 let mut right = (column + (u + 0.5) / part) * pitch - radius;
                 let mut down = (row + (v + 0.5) / part) * pitch - radius;
-                let off = right.hypot(down);
-                if off > radius {
-                    continue;
-                }
-                if off > limit {
-                    right *= limit / off;
-                    down *= limit / off;
-                }
                 // So far in, every pixel beside the point counts.
-                let rgb = if off < limit - 0.7 {
+                let rgb = if right * right + down * down < deep * deep {
                     self.interpolate(x + right, y + down, |_, _| true)
                 } else {
+                    let off = right.hypot(down);
+                    if off > radius {
+                        continue;
+                    }
+                    if off > limit {
+                        right *= limit / off;
+                        down *= limit / off;
+                    }
                     self.interpolate(x + right, y + down, whole)
                 };
                 for channel in 0..3 {
