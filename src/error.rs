@@ -322,6 +322,64 @@ pub enum Error {
         /// By how much their axes, or their upward directions, miss that.
         apart: f64,
     },
+    /// What was made for one camera is asked of another.
+    #[error("{what} was made for another camera; make it for the one that looks")]
+    OtherCamera {
+        /// What was made.
+        what: &'static str,
+    },
+    /// Two maps that are compared pixel by pixel have not the same size.
+    #[error(
+        "the truth {truth:?} has {} by {} pixels and the estimate {estimate:?} {} by {}; bring both to one size, with --rows",
+        truth_size.0, truth_size.1, estimate_size.0, estimate_size.1
+    )]
+    DifferentSizes {
+        /// The name of the truth.
+        truth: String,
+        /// Its width and height in pixels.
+        truth_size: (usize, usize),
+        /// The name of the estimate.
+        estimate: String,
+        /// Its width and height.
+        estimate_size: (usize, usize),
+    },
+    /// Pictures or maps that belong together have two sizes.
+    #[error(
+        "{name} has {} by {} pixels and {first} {} by {}; give pictures of one size",
+        size.0, size.1, first_size.0, first_size.1
+    )]
+    OtherSize {
+        /// The name of the one that differs.
+        name: String,
+        /// Its width and height in pixels.
+        size: (usize, usize),
+        /// The name of the first.
+        first: String,
+        /// Its width and height.
+        first_size: (usize, usize),
+    },
+    /// Photographs that should be of one view show the same things at different places.
+    #[error(
+        "{second} shows the ball {pixels:.1} pixels off from where {first} shows it; take the bracket from a tripod, or give one picture of it"
+    )]
+    Moved {
+        /// The name of one photograph.
+        first: String,
+        /// The name of the other.
+        second: String,
+        /// How far they are apart.
+        pixels: f64,
+    },
+    /// Nothing says how much longer one photograph was exposed than another.
+    #[error(
+        "nothing says how {second} was exposed beside {first}: neither has an exposure in its EXIF, and too few pixels are well exposed in both;          give --exposures, or a photograph between the two"
+    )]
+    NoRatio {
+        /// The name of the darker photograph.
+        first: String,
+        /// The name of the brighter.
+        second: String,
+    },
     /// A file format does not hold a picture.
     #[error(
         "{width} by {height} pixels make no {format} file: {problem}; write fewer, or another format"

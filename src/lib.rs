@@ -25,6 +25,8 @@ pub mod illumination;
 
 pub mod reflection;
 
+pub mod evaluation;
+
 pub mod features;
 
 pub mod picture;

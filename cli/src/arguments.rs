@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use lobes::evaluation::Preset;
 use lobes::exchange::Format;
 use lobes::features::Continuation;
 use lobes::illumination::builtin_names;
@@ -74,6 +75,8 @@ pub(super) enum Verb {
     Spectrum(Spectrum),
     /// Spheres of one or all materials under a map, as PNG and EXR.
     Render(Render),
+    /// How far estimated light is from the truth: three balls under both, published protocols.
+    Evaluate(Evaluate),
     /// Ward's parameters of a measured surface, by least squares.
     Fit(Fit),
     /// The names of the built-in lights, the preset materials, or the lobes.
@@ -324,6 +327,52 @@ pub(super) struct Accuracy {
     /// holds the current folder.
     #[arg(long, value_name = "DIR")]
     pub(super) snapshots: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lobes evaluate truth.exr estimate.exr
+  lobes evaluate truth ours theirs --out evaluated
+  lobes evaluate truth.exr estimate.exr --preset stylelight
+  lobes evaluate truth ours --rows 128 --json
+
+The keys of --json, an object for each pair:
+  scene, estimate   the name that truth and estimate share, and whose estimate it is; with error, in place of all else, where they
+                    cannot be compared
+  balls             the errors of each ball's picture, by ball and by measure
+  light             the errors of the map itself, by measure
+  and at the end one for each estimate: estimate, scenes (how many), average (mean or median), balls, light, definitions
+
+DIR holds index.html, errors.csv (scene, estimate, ball, measure, value), summary.json, and in done what is kept of each pair: a second
+run compares only what has changed.")]
+pub(super) struct Evaluate {
+    /// The true light: a lat-long map (.exr, .hdr, .pfm), or a folder of them.
+    pub(super) truth: PathBuf,
+    /// Estimates of it: maps, or folders of maps with the names of the true ones.
+    #[arg(required = true, value_name = "ESTIMATE")]
+    pub(super) estimates: Vec<PathBuf>,
+    /// What is rendered and measured; see docs/reference/evaluation.md.
+    #[arg(long, value_name = "NAME", default_value_t = Preset::Recommended, value_parser = one_of(Preset::ALL, Preset::name))]
+    pub(super) preset: Preset,
+    /// Bring all maps to so many rows first.
+    #[arg(long, value_name = "ROWS")]
+    pub(super) rows: Option<usize>,
+    /// How the maps' pixels lie on the sphere, where their shape does not tell.
+    #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
+    pub(super) mapping: Option<Mapping>,
+    /// Pixels along a picture's side.
+    #[arg(long, value_name = "PIXELS", default_value_t = 128)]
+    pub(super) size: usize,
+    /// How many scenes of each estimate the page shows, the worst first.
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    pub(super) shown: usize,
+    /// Compare all pairs anew.
+    #[arg(long)]
+    pub(super) fresh: bool,
+    /// Where the page and its files go.
+    #[arg(long, value_name = "DIR", default_value = "evaluated")]
+    pub(super) out: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -12,6 +12,7 @@ mod ball_light;
 mod classify;
 mod console;
 mod error;
+mod evaluate;
 mod finishes;
 mod fit;
 mod input;
@@ -71,6 +72,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         Verb::Classify(options) => classify::run(options),
         Verb::Spectrum(options) => spectrum::run(options),
         Verb::Render(options) => render::run(options),
+        Verb::Evaluate(options) => evaluate::run(options),
         Verb::Fit(options) => fit::run(options),
         Verb::List(options) => list::run(options),
         Verb::Accuracy(options) => accuracy::run(options),

@@ -22,6 +22,7 @@ mod pyramid;
 mod reference;
 mod region;
 mod renderer;
+mod ring_renderer;
 
 pub use camera::{Camera, ShadingPoint};
 pub use image::{SphereImage, check_size};
@@ -31,3 +32,4 @@ pub use operator::{Operator, Viewpoint};
 pub use operator_table::{OperatorSet, OperatorTable};
 pub use reference::{Reference, reference};
 pub use renderer::{Renderer, Rendering, Settings};
+pub use ring_renderer::{RingLight, RingRenderer};

@@ -4,6 +4,7 @@ mod adaptation;
 mod architecture;
 mod codes;
 mod documents;
+mod evaluation;
 mod evidence;
 mod exchange;
 mod features;

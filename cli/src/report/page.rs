@@ -2,17 +2,32 @@
 
 use std::fmt::Write;
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+
 use crate::report::plot::escape;
 
-/// A picture in a file beside the page, which opens by itself when it is clicked.
+/// A picture in a file beside the page, which opens by itself when it is clicked, or in the page
+/// itself.
 #[derive(Debug, Clone)]
 pub struct Image {
-    /// The path, relative to the page.
+    /// The path, relative to the page; or the picture itself, as [`Image::inside`] writes it.
     pub path: String,
     /// What is seen in it, for those who do not see it.
     pub seen: String,
     /// Its width and height in pixels.
     pub size: (usize, usize),
+}
+
+impl Image {
+    /// A PNG that is part of the page.
+    pub fn inside(png: &[u8], seen: String, size: (usize, usize)) -> Self {
+        Self {
+            path: format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png)),
+            seen,
+            size,
+        }
+    }
 }
 
 /// One picture, or some side by side, and what stands under them.
@@ -314,6 +329,17 @@ fn html_of(figure: &Figure) -> String {
         } else {
             ""
         };
+        if path.starts_with("data:") {
+            let _ = write!(
+                images,
+                "<img{class} src=\"{}\" alt=\"{}\" width=\"{}\" height=\"{}\">",
+                escape(path),
+                escape(seen),
+                size.0,
+                size.1
+            );
+            continue;
+        }
         let _ = write!(
             images,
             "<a href=\"{0}\" title=\"{1}\"><img{class} src=\"{0}\" alt=\"{1}\" width=\"{2}\" height=\"{3}\"></a>",

@@ -1084,3 +1084,106 @@ fn what_is_kept_is_checked() {
     assert!(message.contains("other materials"), "{message}");
     assert_eq!(kept().len(), 2);
 }
+
+/// A PFM map of 32 × 16 with a lamp at a column, all of it times a scale.
+fn lamp(column: usize, scale: f32) -> Vec<u8> {
+    let mut bytes = b"PF\n32 16\n-1.0\n".to_vec();
+    for i in 0..32 * 16 {
+        // Rows of a PFM go upwards: row 10 from the bottom is above the horizon.
+        let value = if i == 10 * 32 + column { 50.0 } else { 1.0 };
+        for _ in 0..3 {
+            bytes.extend((scale * value).to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// Two estimates of two scenes: what is printed and written, what is kept, and what has no partner.
+#[test]
+fn light_is_evaluated_in_folders_and_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for name in ["truth", "good", "bad"] {
+        std::fs::create_dir(at.join(name)).unwrap();
+    }
+    let write = |path: &str, bytes: &[u8]| std::fs::write(at.join(path), bytes).unwrap();
+    for (scene, column) in [("a", 8), ("b", 20)] {
+        write(&format!("truth/{scene}.pfm"), &lamp(column, 1.0));
+        write(&format!("good/{scene}.pfm"), &lamp(column, 1.1));
+        write(&format!("bad/{scene}.pfm"), &lamp((column + 8) % 32, 1.0));
+    }
+    let verb = ["evaluate", "truth", "good", "bad", "--size", "24", "--json"];
+    let output = lobes(&verb, at);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let lines: Vec<serde_json::Value> = String::from_utf8(output.stdout)
+        .unwrap()
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(lines.len(), 6);
+    let (good, bad) = (&lines[4], &lines[5]);
+    assert_eq!((&good["estimate"], &good["scenes"]), (&"good".into(), &2.into()));
+    let close = |value: &serde_json::Value, expected: f64| {
+        let value = value.as_f64().unwrap();
+        assert!((value - expected).abs() < 1e-4, "{value} {expected}");
+    };
+    for ball in ["mirror", "rough metal", "matte"] {
+        close(&good["balls"][ball]["relative-rmse"], 0.1);
+        close(&good["balls"][ball]["relative-si-rmse"], 0.0);
+        assert!(bad["balls"][ball]["relative-rmse"].as_f64().unwrap() > 0.05);
+    }
+    close(&good["light"]["irradiance"], 0.1);
+    close(&good["light"]["exposure"], 1.1f64.log2());
+    assert!(bad["light"]["peak-direction"].as_f64().unwrap() > 60.0);
+    assert!(good["definitions"]["angle"].as_str().unwrap().contains("degrees"));
+    let csv = std::fs::read_to_string(at.join("evaluated/errors.csv")).unwrap();
+    // Two scenes of two estimates: three measures of three balls, and four of the light.
+    assert_eq!(csv.lines().count(), 1 + 4 * (9 + 4));
+    let page = std::fs::read_to_string(at.join("evaluated/index.html")).unwrap();
+    assert!(page.matches("data:image/png;base64,").count() == 4 && !page.contains("http"));
+    // What was kept is taken again: a number that no run would make shows that it was.
+    let done = at.join("evaluated/done");
+    let kept: Vec<_> = std::fs::read_dir(&done).unwrap().map(|e| e.unwrap().path()).collect();
+    assert_eq!(kept.len(), 4);
+    let text = r#"{"balls":[[7,7,7],[7,7,7],[7,7,7]],"light":[7,7,7,7]}"#;
+    kept.iter().for_each(|path| std::fs::write(path, text).unwrap());
+    let again = lobes(&verb, at);
+    assert!(String::from_utf8(again.stdout).unwrap().contains("\"relative-rmse\":7.0"));
+    let anew = lobes(&[&verb[..], &["--fresh"]].concat(), at);
+    assert!(!String::from_utf8(anew.stdout).unwrap().contains(":7.0"));
+    // What has no partner is told, and the rest compared.
+    write("truth/c.pfm", &lamp(3, 1.0));
+    let partly = lobes(&["evaluate", "truth", "good", "--size", "24", "--out", "other"], at);
+    assert_eq!(partly.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&partly.stderr).into_owned();
+    assert!(said.contains("c.pfm: has no estimate of its name in good"), "{said}");
+    assert!(said.contains("1 of 3 pairs were not compared"), "{said}");
+    let said = String::from_utf8_lossy(&partly.stdout).into_owned();
+    assert!(said.contains("relative-rmse: root mean square"), "{said}");
+}
+
+#[test]
+fn what_evaluate_cannot_compare_is_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let write = |path: &str, bytes: &[u8]| std::fs::write(at.join(path), bytes).unwrap();
+    write("a.pfm", &lamp(3, 1.0));
+    write("black.pfm", &lamp(3, 0.0));
+    write("nan.pfm", &lamp(3, f32::NAN));
+    write("small.hdr", &hdr(16, 8, [90, 90, 90, 129]));
+    write("square.hdr", &hdr(16, 16, [90, 90, 90, 129]));
+    std::fs::create_dir(at.join("empty")).unwrap();
+    for (estimate, words) in [
+        ("black.pfm", &["black.pfm", "every radiance", "0"][..]),
+        ("nan.pfm", &["nan.pfm", "NaN"]),
+        ("small.hdr", &["32 by 16", "16 by 8", "--rows"]),
+        ("square.hdr", &["square.hdr", "--mapping"]),
+        ("none.exr", &["none.exr", "cannot be read"]),
+        ("empty", &["is a file", "a folder"]),
+    ] {
+        fails(at, &["evaluate", "a.pfm", estimate, "--size", "8"], words);
+    }
+    fails(at, &["evaluate", "empty", "empty"], &["empty", "no environment map"]);
+    fails(at, &["evaluate", "a.pfm", "a.pfm", "--rows", "5"], &["rows", "5"]);
+    fails(at, &["evaluate", "a.pfm", "a.pfm", "--size", "0"], &["size", "0"]);
+}
