@@ -31,6 +31,8 @@ pub mod features;
 
 pub mod picture;
 
+pub mod probe;
+
 pub mod inference;
 
 mod cancellation;

@@ -77,6 +77,8 @@ pub(super) enum Verb {
     Render(Render),
     /// How far estimated light is from the truth: three balls under both, published protocols.
     Evaluate(Evaluate),
+    /// The light about a mirror ball, from photographs of it, as a lat-long map.
+    Probe(Probe),
     /// Ward's parameters of a measured surface, by least squares.
     Fit(Fit),
     /// The names of the built-in lights, the preset materials, or the lobes.
@@ -373,6 +375,130 @@ pub(super) struct Evaluate {
     /// Where the page and its files go.
     #[arg(long, value_name = "DIR", default_value = "evaluated")]
     pub(super) out: PathBuf,
+}
+
+/// A reflectance of all channels, or of each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Channels(pub(super) [f64; 3]);
+
+impl std::str::FromStr for Channels {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse::<Numbers>()?.0[..] {
+            [all] => Ok(Self([all; 3])),
+            [r, g, b] => Ok(Self([r, g, b])),
+            _ => Err("give one number, or three with commas between them".into()),
+        }
+    }
+}
+
+/// Numbers with commas between them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Numbers(pub(super) Vec<f64>);
+
+impl std::str::FromStr for Numbers {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text
+            .split(',')
+            .map(|word| match word.trim().parse::<f64>() {
+                Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+                _ => Err(format!("{word:?} is no number above 0")),
+            });
+        Ok(Self(numbers.collect::<Result<_, _>>()?))
+    }
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  lobes probe ball.jpg --distance 12 --out light.exr
+  lobes probe dark.jpg middle.jpg bright.jpg --distance 12
+  lobes probe front-1.jpg front-2.jpg --other side-1.jpg side-2.jpg --turn 90 --distance 12
+  lobes probe ball.exr --distance 12 --grey 812,604,390 --albedo 0.18
+
+The map is in the camera's frame: the camera stands towards +z, +y is up, and the centre column looks along -z, past the ball. Its alpha
+channel says what of each pixel was seen: 0 behind the ball, where the photographer stands and under the mask; colours there are filled
+from about them.
+
+The keys of --json: file, rows, circle (x, y and radius in pixels), distance (in radii, or null), exposures (by which each photograph was
+divided), exposures_told (whether EXIF or --exposures told all of them), seen (share of the sphere), clipped (share that every photograph
+saturated), sun_raised (by how much, by channel, or null).")]
+pub(super) struct Probe {
+    /// Photographs of one view of the ball, at one exposure or several: JPEG, PNG, WebP, TIFF, or linear
+    /// OpenEXR, Radiance or PFM.
+    #[arg(required = true, value_name = "PHOTO")]
+    pub(super) photos: Vec<PathBuf>,
+    /// Photographs of another side of it.
+    #[arg(long, value_name = "PHOTO", num_args = 1.., requires = "turn")]
+    pub(super) other: Vec<PathBuf>,
+    /// How far the camera of --other stands round the ball from that of the first, in degrees
+    /// anticlockwise as seen from above.
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        allow_negative_numbers = true,
+        requires = "other"
+    )]
+    pub(super) turn: Option<f64>,
+    /// Where the ball is, in pixels from the left and the top, and its radius; found without it.
+    #[arg(long, value_name = "X,Y,R", allow_hyphen_values = true)]
+    pub(super) circle: Option<Circle>,
+    /// Where it is in the photographs of --other.
+    #[arg(
+        long,
+        value_name = "X,Y,R",
+        allow_hyphen_values = true,
+        requires = "other"
+    )]
+    pub(super) other_circle: Option<Circle>,
+    /// How far the camera is from the ball's centre, in radii; by the focal length of EXIF without
+    /// it, and as from far away where there is none.
+    #[arg(long, value_name = "RADII", allow_negative_numbers = true)]
+    pub(super) distance: Option<f64>,
+    /// What the ball reflects, of all channels or of red, green and blue.
+    #[arg(long, value_name = "SHARE", default_value = "1")]
+    pub(super) reflectance: Channels,
+    /// The half angle about the camera in which the photographer stands, left out.
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub(super) photographer: f64,
+    /// A picture of the photographs' size, white where nothing is to be read.
+    #[arg(long, value_name = "FILE")]
+    pub(super) mask: Option<PathBuf>,
+    /// The exposures of the photographs, in any unit, where EXIF does not tell them.
+    #[arg(long, value_name = "T,T,…", default_value = "", hide_default_value = true, value_parser = maybe_numbers)]
+    pub(super) exposures: Numbers,
+    /// Where a matte grey ball is, beside the mirror ball or in --grey-photo: what was saturated
+    /// is raised until that ball looks as it does.
+    #[arg(long, value_name = "X,Y,R", allow_hyphen_values = true)]
+    pub(super) grey: Option<Circle>,
+    /// Photographs of the grey ball alone, from where the mirror ball was photographed.
+    #[arg(long, value_name = "PHOTO", num_args = 1..)]
+    pub(super) grey_photo: Vec<PathBuf>,
+    /// The grey ball's albedo; fitted without it.
+    #[arg(long, value_name = "SHARE", requires = "grey")]
+    pub(super) albedo: Option<f64>,
+    /// Rows of the map [default: the ball's radius in pixels].
+    #[arg(long, value_name = "ROWS")]
+    pub(super) rows: Option<usize>,
+    /// Where the map goes.
+    #[arg(long, value_name = "FILE", default_value = "probe.exr", value_parser = exr)]
+    pub(super) out: PathBuf,
+}
+
+fn maybe_numbers(text: &str) -> Result<Numbers, String> {
+    if text.is_empty() {
+        Ok(Numbers::default())
+    } else {
+        text.parse()
+    }
 }
 
 #[derive(Debug, Args)]

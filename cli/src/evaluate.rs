@@ -80,7 +80,9 @@ pub(super) fn run(options: &Evaluate) -> Result<()> {
         return Err(error);
     }
     for (scene, estimate, error) in &problems {
-        console::json(&json!({ "scene": scene, "estimate": estimate, "error": error.to_string() }))?;
+        console::json(
+            &json!({ "scene": scene, "estimate": estimate, "error": error.to_string() }),
+        )?;
         console::complain(format!("lobes: {error}"));
     }
     if !errors.is_empty() {
@@ -107,12 +109,17 @@ fn names(estimates: &[PathBuf]) -> Vec<String> {
             } else {
                 path.file_stem()
             };
-            stem.unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+            stem.unwrap_or(path.as_os_str())
+                .to_string_lossy()
+                .into_owned()
         })
         .collect();
     let twice = |name: &String| short.iter().filter(|other| *other == name).count() > 1;
     if short.iter().any(twice) {
-        estimates.iter().map(|path| path.display().to_string()).collect()
+        estimates
+            .iter()
+            .map(|path| path.display().to_string())
+            .collect()
     } else {
         short
     }
@@ -249,7 +256,11 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>> {
 /// The two maps of a pair.
 fn maps(options: &Evaluate, pair: &Pair) -> Result<[EnvironmentMap; 2]> {
     let read = |path: &Path| -> Result<EnvironmentMap> {
-        Ok(illumination::read_bytes(path, &bytes_of(path)?, options.mapping)?)
+        Ok(illumination::read_bytes(
+            path,
+            &bytes_of(path)?,
+            options.mapping,
+        )?)
     };
     Ok([read(&pair.truth)?, read(&pair.path)?])
 }
@@ -270,7 +281,10 @@ fn compare(options: &Evaluate, pair: &Pair, evaluator: &Evaluator, done: &Path) 
         options.mapping,
         env!("CARGO_PKG_VERSION")
     ));
-    let key: String = hash.finalize()[..16].iter().map(|byte| format!("{byte:02x}")).collect();
+    let key: String = hash.finalize()[..16]
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
     let kept = done.join(format!("{key}.json"));
     if !options.fresh
         && let Ok(text) = std::fs::read_to_string(&kept)
@@ -285,7 +299,10 @@ fn compare(options: &Evaluate, pair: &Pair, evaluator: &Evaluator, done: &Path) 
         .evaluate(&truth, &estimate, Parallelism::Sequential)
         .map_err(|error| match error {
             lobes::Error::DifferentSizes { .. } => error.into(),
-            error => Error::of(format!("{} and {}", pair.truth.display(), pair.path.display()), error),
+            error => Error::of(
+                format!("{} and {}", pair.truth.display(), pair.path.display()),
+                error,
+            ),
         })?;
     let errors = Errors {
         balls: evaluation.balls,
@@ -311,7 +328,9 @@ fn summary(protocol: &Protocol, errors: &[&Errors]) -> Summary {
     };
     let balls = (0..protocol.balls.len()).map(|ball| {
         let measures = 0..protocol.measures.len();
-        measures.map(|i| average(&|errors| errors.balls[ball][i])).collect()
+        measures
+            .map(|i| average(&|errors| errors.balls[ball][i]))
+            .collect()
     });
     Summary {
         scenes: errors.len(),
@@ -464,7 +483,11 @@ fn answer(
     };
     let headings = numbers(&ball_headings);
     let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
-    page.table("Errors of the balls' pictures", &headings, &strong(&of_balls));
+    page.table(
+        "Errors of the balls' pictures",
+        &headings,
+        &strong(&of_balls),
+    );
     let headings = numbers(&light_headings);
     let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
     page.table("Errors of the maps", &headings, &strong(&of_light));
@@ -474,7 +497,10 @@ fn answer(
     let version = format!("lobes {}", env!("CARGO_PKG_VERSION"));
     output.add("index.html", page.html(&[Inline::Text(&version)]))?;
     output.commit()?;
-    console::note(format!("wrote {}", options.out.join("index.html").display()));
+    console::note(format!(
+        "wrote {}",
+        options.out.join("index.html").display()
+    ));
     Ok(())
 }
 
@@ -548,7 +574,11 @@ fn figures(
 }
 
 /// Truth, estimate and difference under one another, ball by ball, and the picture's size.
-fn strip(options: &Evaluate, evaluator: &Evaluator, pair: &Pair) -> Result<(Vec<u8>, (usize, usize))> {
+fn strip(
+    options: &Evaluate,
+    evaluator: &Evaluator,
+    pair: &Pair,
+) -> Result<(Vec<u8>, (usize, usize))> {
     let [truth, estimate] = maps(options, pair)?;
     let one = Parallelism::Sequential;
     let (of_truth, of_estimate) = (

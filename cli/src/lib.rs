@@ -23,6 +23,7 @@ mod materials;
 mod named;
 mod output;
 mod place;
+mod probe;
 mod progress;
 mod render;
 pub mod report;
@@ -73,6 +74,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         Verb::Spectrum(options) => spectrum::run(options),
         Verb::Render(options) => render::run(options),
         Verb::Evaluate(options) => evaluate::run(options),
+        Verb::Probe(options) => probe::run(options),
         Verb::Fit(options) => fit::run(options),
         Verb::List(options) => list::run(options),
         Verb::Accuracy(options) => accuracy::run(options),

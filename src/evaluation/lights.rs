@@ -78,9 +78,7 @@ impl LightErrors {
         estimate: &EnvironmentMap,
         parallelism: Parallelism,
     ) -> Result<Self> {
-        let degree = DEGREE
-            .min(truth.max_degree()?)
-            .min(estimate.max_degree()?);
+        let degree = DEGREE.min(truth.max_degree()?).min(estimate.max_degree()?);
         let transfers = lambert::transfers(degree)?;
         let (of_truth, of_estimate) = (
             truth.coefficients(degree, parallelism)?,
@@ -149,7 +147,8 @@ fn sun(map: &EnvironmentMap) -> Result<DVec3> {
     let (rows, columns) = (coarse.height(), coarse.width());
     let step = PI / rows as f64;
     let reach = (SUN.to_radians() / step).ceil() as usize;
-    let flux = |row: usize, column: usize| coarse.solid_angle(row) * luminance[row * columns + column];
+    let flux =
+        |row: usize, column: usize| coarse.solid_angle(row) * luminance[row * columns + column];
     let mut best = (0.0, DVec3::Y);
     for row in 0..rows {
         let near = row.saturating_sub(reach)..(row + reach + 1).min(rows);

@@ -342,24 +342,39 @@ pub enum Precision {
 /// [`Error::Length`] when there are not `width · height` pixels; [`Error::Encoding`] for a size
 /// that the format cannot hold.
 pub fn encode_exr(picture: &Picture, precision: Precision) -> Result<Vec<u8>> {
+    encode(picture, None, precision)
+}
+
+/// [`encode_exr`] with an alpha channel, a value for each pixel from 0 to 1. Colours are written as
+/// they are, not multiplied by it, so that who ignores it reads them.
+///
+/// # Errors
+///
+/// Those of [`encode_exr`], and [`Error::Length`] when there are not as many values.
+pub fn encode_exr_with_alpha(
+    picture: &Picture,
+    alpha: &[f64],
+    precision: Precision,
+) -> Result<Vec<u8>> {
+    crate::error::check_length("the alpha channel", picture.pixels.len(), alpha.len())?;
+    encode(picture, Some(alpha), precision)
+}
+
+fn encode(picture: &Picture, alpha: Option<&[f64]>, precision: Precision) -> Result<Vec<u8>> {
     crate::error::check_length(
         "the picture",
         picture.width * picture.height,
         picture.pixels.len(),
     )?;
-    let samples = |channel: usize| {
-        let values = picture.pixels.iter().map(|pixel| pixel[channel]);
-        match precision {
-            Precision::Half => FlatSamples::F16(values.map(f16::from_f64).collect()),
-            Precision::Single => FlatSamples::F32(values.map(|value| value as f32).collect()),
-        }
+    let stored = |values: &mut dyn Iterator<Item = f64>| match precision {
+        Precision::Half => FlatSamples::F16(values.map(f16::from_f64).collect()),
+        Precision::Single => FlatSamples::F32(values.map(|value| value as f32).collect()),
     };
-    let channels = AnyChannels::sort(
-        [("R", 0), ("G", 1), ("B", 2)]
-            .into_iter()
-            .map(|(name, channel)| AnyChannel::new(name, samples(channel)))
-            .collect(),
-    );
+    let samples = |channel: usize| stored(&mut picture.pixels.iter().map(|pixel| pixel[channel]));
+    let colours = [("R", 0), ("G", 1), ("B", 2)].into_iter();
+    let colours = colours.map(|(name, channel)| AnyChannel::new(name, samples(channel)));
+    let alpha = alpha.map(|alpha| AnyChannel::new("A", stored(&mut alpha.iter().copied())));
+    let channels = AnyChannels::sort(colours.chain(alpha).collect());
     let layer = Layer::new(
         Vec2(picture.width, picture.height),
         LayerAttributes::default(),

@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(crate) use self::codes::{Coded, Pixels};
 pub use self::exr::is_guarded;
-pub use self::exr::{Precision, encode_exr, write_exr};
+pub use self::exr::{Precision, encode_exr, encode_exr_with_alpha, write_exr};
 pub(crate) use self::raster::Raster;
 pub use self::srgb::{linear_of_srgb, srgb_of_linear, srgb8_of_linear};
 

@@ -222,6 +222,11 @@ impl Picture {
         (0..self.pixels.len()).map(|index| self.pixels.at(index))
     }
 
+    /// The value from which on a pixel is saturated; none for radiance, which no code limits.
+    pub fn ceiling(&self) -> Option<f64> {
+        self.ceiling.is_finite().then_some(self.ceiling)
+    }
+
     /// Whether it came as sRGB codes.
     pub fn is_encoded(&self) -> bool {
         self.encoded

@@ -246,8 +246,8 @@ impl RingRenderer {
                 let (sin, cos) = (step * (row as f64 + 0.5)).sin_cos();
                 for (column, light) in lights.iter_mut().enumerate() {
                     let (s, c) = (step * column as f64).sin_cos();
-                    let world = (camera.right() * c + camera.up() * s) * sin
-                        + camera.towards() * cos;
+                    let world =
+                        (camera.right() * c + camera.up() * s) * sin + camera.towards() * cos;
                     *light = local(world).normalize();
                 }
                 half.fill(0.0);

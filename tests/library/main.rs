@@ -17,6 +17,7 @@ mod light_tree;
 mod mapping;
 mod outline;
 mod pictures;
+mod probe;
 mod reflectance_approximation;
 mod reflectance_closed_forms;
 mod reflectance_fit;

@@ -1114,7 +1114,11 @@ fn light_is_evaluated_in_folders_and_again() {
     }
     let verb = ["evaluate", "truth", "good", "bad", "--size", "24", "--json"];
     let output = lobes(&verb, at);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let lines: Vec<serde_json::Value> = String::from_utf8(output.stdout)
         .unwrap()
         .lines()
@@ -1122,7 +1126,10 @@ fn light_is_evaluated_in_folders_and_again() {
         .collect();
     assert_eq!(lines.len(), 6);
     let (good, bad) = (&lines[4], &lines[5]);
-    assert_eq!((&good["estimate"], &good["scenes"]), (&"good".into(), &2.into()));
+    assert_eq!(
+        (&good["estimate"], &good["scenes"]),
+        (&"good".into(), &2.into())
+    );
     let close = |value: &serde_json::Value, expected: f64| {
         let value = value.as_f64().unwrap();
         assert!((value - expected).abs() < 1e-4, "{value} {expected}");
@@ -1135,7 +1142,12 @@ fn light_is_evaluated_in_folders_and_again() {
     close(&good["light"]["irradiance"], 0.1);
     close(&good["light"]["exposure"], 1.1f64.log2());
     assert!(bad["light"]["peak-direction"].as_f64().unwrap() > 60.0);
-    assert!(good["definitions"]["angle"].as_str().unwrap().contains("degrees"));
+    assert!(
+        good["definitions"]["angle"]
+            .as_str()
+            .unwrap()
+            .contains("degrees")
+    );
     let csv = std::fs::read_to_string(at.join("evaluated/errors.csv")).unwrap();
     // Two scenes of two estimates: three measures of three balls, and four of the light.
     assert_eq!(csv.lines().count(), 1 + 4 * (9 + 4));
@@ -1143,20 +1155,36 @@ fn light_is_evaluated_in_folders_and_again() {
     assert!(page.matches("data:image/png;base64,").count() == 4 && !page.contains("http"));
     // What was kept is taken again: a number that no run would make shows that it was.
     let done = at.join("evaluated/done");
-    let kept: Vec<_> = std::fs::read_dir(&done).unwrap().map(|e| e.unwrap().path()).collect();
+    let kept: Vec<_> = std::fs::read_dir(&done)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
     assert_eq!(kept.len(), 4);
     let text = r#"{"balls":[[7,7,7],[7,7,7],[7,7,7]],"light":[7,7,7,7]}"#;
-    kept.iter().for_each(|path| std::fs::write(path, text).unwrap());
+    kept.iter()
+        .for_each(|path| std::fs::write(path, text).unwrap());
     let again = lobes(&verb, at);
-    assert!(String::from_utf8(again.stdout).unwrap().contains("\"relative-rmse\":7.0"));
+    assert!(
+        String::from_utf8(again.stdout)
+            .unwrap()
+            .contains("\"relative-rmse\":7.0")
+    );
     let anew = lobes(&[&verb[..], &["--fresh"]].concat(), at);
     assert!(!String::from_utf8(anew.stdout).unwrap().contains(":7.0"));
     // What has no partner is told, and the rest compared.
     write("truth/c.pfm", &lamp(3, 1.0));
-    let partly = lobes(&["evaluate", "truth", "good", "--size", "24", "--out", "other"], at);
+    let partly = lobes(
+        &[
+            "evaluate", "truth", "good", "--size", "24", "--out", "other",
+        ],
+        at,
+    );
     assert_eq!(partly.status.code(), Some(1));
     let said = String::from_utf8_lossy(&partly.stderr).into_owned();
-    assert!(said.contains("c.pfm: has no estimate of its name in good"), "{said}");
+    assert!(
+        said.contains("c.pfm: has no estimate of its name in good"),
+        "{said}"
+    );
     assert!(said.contains("1 of 3 pairs were not compared"), "{said}");
     let said = String::from_utf8_lossy(&partly.stdout).into_owned();
     assert!(said.contains("relative-rmse: root mean square"), "{said}");
@@ -1183,7 +1211,19 @@ fn what_evaluate_cannot_compare_is_a_sentence() {
     ] {
         fails(at, &["evaluate", "a.pfm", estimate, "--size", "8"], words);
     }
-    fails(at, &["evaluate", "empty", "empty"], &["empty", "no environment map"]);
-    fails(at, &["evaluate", "a.pfm", "a.pfm", "--rows", "5"], &["rows", "5"]);
-    fails(at, &["evaluate", "a.pfm", "a.pfm", "--size", "0"], &["size", "0"]);
+    fails(
+        at,
+        &["evaluate", "empty", "empty"],
+        &["empty", "no environment map"],
+    );
+    fails(
+        at,
+        &["evaluate", "a.pfm", "a.pfm", "--rows", "5"],
+        &["rows", "5"],
+    );
+    fails(
+        at,
+        &["evaluate", "a.pfm", "a.pfm", "--size", "0"],
+        &["size", "0"],
+    );
 }
