@@ -3,6 +3,17 @@
 use std::path::PathBuf;
 
 /// The result of anything in this crate that can fail.
+///
+/// ```
+/// use lobes::{Result, check_finite};
+/// fn total(power: &[f64]) -> Result<f64> {
+///     check_finite("the power of light", power)?;
+///     Ok(power.iter().sum())
+/// }
+/// assert_eq!(total(&[2.0, 1.0])?, 3.0);
+/// assert!(total(&[2.0, f64::NAN]).is_err());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// What can go wrong with a caller's data.

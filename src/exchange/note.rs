@@ -21,6 +21,13 @@ pub struct Note {
 }
 
 /// What a material loses.
+///
+/// ```
+/// use lobes::exchange::{Loss, Note};
+/// let loss = Loss::GainsEnergy { albedo: 1.7 };
+/// let note = Note { material: "silver".into(), loss };
+/// assert!(note.to_string().contains("1.7000 of the light"));
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Loss {

@@ -10,6 +10,24 @@ use crate::serialisation::by_name;
 /// paper mirrors the front to the back. The mirrored field has a crease along the rim and is not
 /// band-limited even where the true field is; [`HalfTurn`](Self::HalfTurn) creases less where the
 /// field is symmetric, [`Zero`](Self::Zero) jumps.
+///
+/// ```
+/// use lobes::features::{Continuation, ImageSpectrum, PaperFeatures, TOP_DEGREE};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # // A ball that is brighter on the upper right.
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// // The paper's features are of odd degrees, which an antipodal field lacks.
+/// let antipodal = ImageSpectrum::new(TOP_DEGREE, Continuation::Antipodal)?;
+/// assert!(PaperFeatures::of_image(&antipodal, &image).is_err());
+/// let mirrored = ImageSpectrum::new(TOP_DEGREE, "mirror".parse()?)?;
+/// assert!(PaperFeatures::of_image(&mirrored, &image).is_ok());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Continuation {

@@ -15,6 +15,19 @@ use crate::{Error, Result};
 const OVERSAMPLING: usize = 4;
 
 /// The power of an image's degrees, and of its colour.
+///
+/// ```
+/// use lobes::features::{Continuation, ImageSpectrum};
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage}};
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// // A ball that shows 2 in red, 1 in green and nothing in blue.
+/// let image = SphereImage::new(camera, 64, vec![[2.0, 1.0, 0.0]; 64 * 64])?;
+/// let power = ImageSpectrum::new(8, Continuation::Mirror)?.power(&image)?;
+/// let four_pi = 4.0 * std::f64::consts::PI;
+/// assert!((power.colour[0] / four_pi - 4.0).abs() < 1e-12);
+/// assert!((power.colour[1] / four_pi - 1.0).abs() < 1e-12);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImagePower {
     /// Average power B_l = Σ_m B_lm² / (2l + 1) of the luminance, l = 0 … degree.

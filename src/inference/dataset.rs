@@ -87,6 +87,13 @@ impl View {
 }
 
 /// One image, or what was read off it, with what is known of it.
+///
+/// ```
+/// use lobes::inference::Observation;
+/// // The third material under the first light, and the mean radiance that was read off its picture.
+/// let seen = Observation { material: 2, illumination: 0, turn: 0, view: [0.5, 0.4, 0.1] };
+/// assert_eq!((seen.material, seen.view[1]), (2, 0.4));
+/// ```
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Observation<T = SphereImage> {

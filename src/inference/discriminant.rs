@@ -59,6 +59,30 @@ struct Moments {
 }
 
 /// What was learned: scores are ln-probabilities but for a constant.
+///
+/// ```
+/// use lobes::inference::{Dataset, Discriminant, Observation, Scenes};
+/// use lobes::nalgebra::DVector;
+/// # let observations = (0..20).map(|i| Observation {
+/// #     material: i % 2,
+/// #     illumination: 0,
+/// #     turn: 0,
+/// #     view: (i % 2) as f64 + 0.01 * i as f64,
+/// # });
+/// # let data = Dataset {
+/// #     materials: vec!["dark".into(), "bright".into()],
+/// #     illuminations: vec!["sky".into()],
+/// #     scenes: Scenes::default(),
+/// #     observations: observations.collect(),
+/// #     render_error: 0.0,
+/// # };
+/// // Learned from two materials, at levels of about −0.5 and 0.5 once the mean is taken off.
+/// let plan = Discriminant::new("level", &data, Discriminant::SHRINKAGE, |view| vec![*view])?;
+/// let scores = plan.learn(&[true])?;
+/// let far = scores.distances(&DVector::from_vec(vec![20.0]));
+/// assert!(far.iter().all(|distance| *distance > 100.0), "it is like neither");
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct LinearScores {
     weights: DMatrix<f64>,

@@ -29,6 +29,32 @@ use crate::{Error, Result};
 ///
 /// So neither exposure nor a white sphere is needed, nor anything learned. The factors do not
 /// depend on the picture.
+///
+/// ```
+/// use lobes::inference::{BrightLights, GaussianEvidence, SmoothModes, SmoothOperator, natural_spectrum};
+/// # use lobes::{Parallelism, reflectance::Variant, reflection::{Operator, Viewpoint}};
+/// # use lobes::features::{Modes, RingLayout};
+/// # let layout = RingLayout::new(Viewpoint::Orthographic, 12, 4)?;
+/// # let one = Parallelism::Sequential;
+/// # let operator = Operator::new(Variant::Duer, 0.1, Viewpoint::Orthographic, layout.angles(), 16, one)?;
+/// # // What a matte ball shows of light from above, without any noise.
+/// # let angles = layout.angles().to_vec();
+/// # let mut amplitudes = vec![0.0; layout.len()];
+/// # for (r, angle) in angles.iter().enumerate() {
+/// #     amplitudes[r] = 1.0 + 0.3 * angle.cos();
+/// # }
+/// # let modes = Modes::from_values(&layout, amplitudes)?;
+/// // `modes` vary across the rings as the cosine of the angle does, as a matte ball's may.
+/// let operator = SmoothOperator::new(&operator, &layout)?;
+/// let modes = SmoothModes::new(&modes, &layout)?;
+/// let no_lights = operator.responses(&BrightLights::default())?;
+/// let spectrum = natural_spectrum(0.5, 16);
+/// let log = |rho_d: f64, rho_s: f64| {
+///     GaussianEvidence::new(&operator, &spectrum, rho_d, rho_s, 1e-3)?.of(&modes, &no_lights)
+/// };
+/// assert!(log(0.99, 0.01)?.log > log(0.2, 0.8)?.log, "it is likelier matte than shiny");
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct GaussianEvidence {
     rho_d: f64,
@@ -40,6 +66,16 @@ pub struct GaussianEvidence {
 }
 
 /// What a picture says of one hypothesis.
+///
+/// ```
+/// use lobes::inference::Evidence;
+/// /// The probability of the first of two hypotheses that are as likely beforehand.
+/// fn of_the_first(first: Evidence, second: Evidence) -> f64 {
+///     1.0 / (1.0 + (second.log - first.log).exp())
+/// }
+/// let [better, worse] = [-10.0, -13.0].map(|log| Evidence { log, log_strength: 0.0 });
+/// assert!((of_the_first(better, worse) - 0.9526).abs() < 1e-4);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
     /// ln p(y), k integrated out.

@@ -11,6 +11,23 @@ use crate::{Error, Result};
 
 /// How likely each material is for one picture of a data set, to whoever has seen some of the
 /// illuminations.
+///
+/// ```
+/// use lobes::Result;
+/// use lobes::inference::Expert;
+/// /// Says of every picture that its material is the first, with some certainty.
+/// struct Stubborn;
+/// impl Expert for Stubborn {
+///     fn name(&self) -> String {
+///         "stubborn".into()
+///     }
+///     fn judge(&self, _: &[bool], observations: &[usize]) -> Result<Vec<Vec<f64>>> {
+///         Ok(vec![vec![0.0, -2.0]; observations.len()])
+///     }
+/// }
+/// assert_eq!(Stubborn.judge(&[true; 3], &[4, 7])?.len(), 2);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 pub trait Expert: Sync {
     /// What tables call it.
     fn name(&self) -> String;
@@ -29,6 +46,35 @@ pub trait Expert: Sync {
 /// For each scene of the training fold the experts judge its pictures of turn 0 from the others,
 /// and the weights w ≥ 0 make those labels likeliest, under an exponential prior that keeps them
 /// finite when all are named right.
+///
+/// ```
+/// use lobes::inference::{Dataset, Expert, Observation, Scenes, Stack};
+/// # use lobes::Result;
+/// # /// Says of every picture that its material is the first, with some certainty.
+/// # struct Stubborn;
+/// # impl Expert for Stubborn {
+/// #     fn name(&self) -> String {
+/// #         "stubborn".into()
+/// #     }
+/// #     fn judge(&self, _: &[bool], observations: &[usize]) -> Result<Vec<Vec<f64>>> {
+/// #         Ok(vec![vec![0.0, -2.0]; observations.len()])
+/// #     }
+/// # }
+/// // Two lights, under each of which every one of two materials is seen once. The expert always says
+/// // the first.
+/// let observation = |i: usize| Observation { material: i % 2, illumination: i / 2, turn: 0, view: () };
+/// let data = Dataset {
+///     materials: vec!["matte".into(), "gold".into()],
+///     illuminations: vec!["hall".into(), "street".into()],
+///     scenes: Scenes::default(),
+///     observations: (0..4).map(observation).collect(),
+///     render_error: 0.0,
+/// };
+/// let stack = Stack::new(&data, vec![&Stubborn as &dyn Expert]);
+/// // It is wrong as often as right, and so counts for nothing.
+/// assert!(stack.weights(&[0, 1, 2, 3])?[0] < 1e-3);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 pub struct Stack<'a> {
     experts: Vec<&'a dyn Expert>,
     labels: Vec<usize>,

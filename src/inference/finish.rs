@@ -19,6 +19,16 @@ use crate::{Error, Result};
 /// and its mirror image are both judged, and their outputs averaged.
 ///
 /// How often it is right: `docs/explanation/photographs.md`.
+///
+/// ```
+/// # #[cfg(feature = "builtin")] {
+/// use lobes::inference::FinishModel;
+/// // What a program keeps of a model is its bytes.
+/// let model = FinishModel::builtin()?;
+/// assert_eq!(FinishModel::from_bytes(&model.to_bytes())?, model);
+/// # }
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct FinishModel {
     pub(super) network: Network,
@@ -32,6 +42,21 @@ pub struct FinishModel {
 ///
 /// The parameters' posteriors are those under the condition that the surface has the parameter: σ
 /// that it is not matte, the others that it has a single finish.
+///
+/// ```
+/// use lobes::inference::{Binned, FinishVerdict};
+/// use lobes::reflectance::Finish;
+/// let verdict = FinishVerdict {
+///     finishes: [0.1, 0.6, 0.15, 0.05],
+///     none: 0.1,
+///     sigma: Binned::new(&[0.0, 0.05, 0.1], vec![0.75, 0.25])?,
+///     share: Binned::new(&[0.0, 0.2, 1.0], vec![0.9, 0.1])?,
+///     ln_base_colour: [(-1.0, 0.2); 3],
+/// };
+/// assert_eq!(verdict.finish(), Some(Finish::GlossyPlastic));
+/// assert!((verdict.metallic() - 0.2 / 0.9).abs() < 1e-15);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct FinishVerdict {
     /// The probability of each of [`Finish::ALL`].

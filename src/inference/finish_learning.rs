@@ -14,6 +14,22 @@ use crate::reflectance::Finish;
 use crate::{Parallelism, Result};
 
 /// A portrait and what it shows.
+///
+/// ```
+/// use lobes::inference::{FinishSample, FinishTruth, PortraitReader};
+/// use lobes::reflectance::Finish;
+/// # use lobes::picture::{Circle, Picture};
+/// # // A disc that is brighter towards the upper right, as a matte ball is under one light.
+/// # let shade = |x: f64, y: f64| if x.hypot(y) < 60.0 { 0.2 + 0.4 * (0.5 + (x - y) / 170.0) } else { 0.0 };
+/// # let pixels = (0..160 * 160).map(|i| [shade((i % 160) as f64 - 79.5, (i / 160) as f64 - 79.5); 3]);
+/// # let picture = Picture::linear(160, 160, pixels.collect())?;
+/// # let circle = Circle { x: 80.0, y: 80.0, radius: 60.0 };
+/// let portrait = PortraitReader::new()?.read(&picture, circle)?;
+/// let truth = FinishTruth { finish: Some(Finish::Matte), sigma: None, share: Some(0.0), base_colour: None };
+/// let sample = FinishSample { portrait, truth };
+/// assert_eq!(sample.truth.sigma, None);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct FinishSample {
     /// The portrait.
@@ -23,6 +39,21 @@ pub struct FinishSample {
 }
 
 /// What a portrait to learn from shows; what is not known, or is not there, is not learned.
+///
+/// ```
+/// use lobes::inference::FinishTruth;
+/// use lobes::reflectance::Finish;
+/// // A black glossy ball: its base colour says nothing that could be learned.
+/// let billiard = FinishTruth {
+///     finish: Some(Finish::GlossyPlastic),
+///     sigma: Some(0.02),
+///     share: Some(0.6),
+///     base_colour: None,
+/// };
+/// // A glass marble has no single finish, and none of the parameters.
+/// let marble = FinishTruth { finish: None, sigma: None, share: None, ..billiard };
+/// assert_eq!(marble.base_colour, None);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FinishTruth {
     /// The finish, or nothing where no single one explains the ball.
@@ -41,6 +72,15 @@ pub struct FinishTruth {
 /// of the share, and a quarter of −ln of the normal densities of ln of its base colour. Batches are
 /// drawn anew each time round; the rate rises over the first tenth of the steps and falls as a
 /// cosine. Generator: Pcg64.
+///
+/// ```
+/// use lobes::inference::{FinishLearning, FinishModel};
+/// use lobes::{Error, Parallelism};
+/// let plan = FinishLearning { epochs: 3, ..FinishLearning::default() };
+/// // Fewer samples than fill a batch teach nothing.
+/// let refused = FinishModel::learn(&[], &plan, Parallelism::Sequential, &|_| ());
+/// assert!(matches!(refused, Err(Error::TooFew { needed: 64, .. })));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FinishLearning {
     /// How often each sample is seen.

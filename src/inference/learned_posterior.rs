@@ -52,6 +52,29 @@ const SHRINKAGE: f64 = 0.2;
 ///
 /// Only Aᵀ L⁻¹ x, A = L⁻¹ Bᵀ, depends on the picture, so that a posterior costs a solve and one
 /// small product a point.
+///
+/// ```
+/// use lobes::inference::{LearnedPosterior, Reflectance, Sample};
+/// // Under each of three lights 64 spheres, off which the share and ln σ can be read, but for what the
+/// // light adds.
+/// let samples: Vec<_> = (0..3 * 64).map(|i| {
+///     let (light, place) = (i / 64, i % 64);
+///     let truth = Reflectance {
+///         share: (place % 8) as f64 / 7.0,
+///         sigma: 0.02 * 10f64.powf((place / 8) as f64 / 7.0),
+///     };
+///     let noise = |k: usize| 0.02 * (1.7 * (i * (k + 1)) as f64).sin();
+///     let view = vec![truth.share + noise(1), truth.sigma.ln() + noise(2)];
+///     Sample { illumination: light, judged: true, truth, view }
+/// }).collect();
+/// let shares: Vec<f64> = (0..21).map(|i| i as f64 / 20.0).collect();
+/// let sigmas: Vec<f64> = (0..21).map(|i| 0.02 * 10f64.powf(i as f64 / 20.0)).collect();
+/// let model = LearnedPosterior::new(&samples, &shares, &sigmas)?.learn(&[true; 3])?;
+/// let posterior = model.posterior(&[0.5, 0.06f64.ln()])?;
+/// assert!((posterior.share_quantile(0.5) - 0.5).abs() < 0.05);
+/// assert!((posterior.sigma_quantile(0.5) / 0.06 - 1.0).abs() < 0.1);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct LearnedPosterior {
     features: Vec<DVector<f64>>,
@@ -79,6 +102,15 @@ struct Moments {
 }
 
 /// A [`LearnedPosterior`] with what it has learned from some of the illuminations.
+///
+/// ```
+/// use lobes::inference::PosteriorModel;
+/// /// σ, and the ends of the interval that holds it with a probability of 90 %.
+/// fn sigma(model: &PosteriorModel, features: &[f64]) -> lobes::Result<[f64; 3]> {
+///     let posterior = model.posterior(features)?;
+///     Ok([0.5, 0.05, 0.95].map(|level| posterior.sigma_quantile(level)))
+/// }
+/// ```
 #[derive(Debug, Clone)]
 pub struct PosteriorModel {
     centre: DVector<f64>,
@@ -433,6 +465,18 @@ fn likeliest(values: impl Iterator<Item = f64>, score: impl Fn(f64) -> f64) -> f
 }
 
 /// What three readers say of one picture.
+///
+/// ```
+/// use lobes::inference::JudgedPosteriors;
+/// /// How often the interval that should hold σ in nine cases of ten does.
+/// fn coverage(judged: &[JudgedPosteriors]) -> f64 {
+///     let holds = |of: &&JudgedPosteriors| {
+///         let [low, high] = [0.05, 0.95].map(|level| of.both.sigma_quantile(level));
+///         (low..=high).contains(&of.truth.sigma)
+///     };
+///     judged.iter().filter(holds).count() as f64 / judged.len() as f64
+/// }
+/// ```
 #[derive(Debug, Clone)]
 pub struct JudgedPosteriors {
     /// What it shows.

@@ -73,6 +73,21 @@ struct Order {
 }
 
 /// A ball's reflectance, as far as one channel sees it.
+///
+/// ```
+/// use lobes::inference::ChannelReflectance;
+/// use lobes::reflectance::{Material, presets};
+/// /// What the red channel sees of a material.
+/// fn red(material: &Material) -> ChannelReflectance {
+///     ChannelReflectance {
+///         diffuse: material.diffuse()[0],
+///         specular: material.specular()[0],
+///         sigma: material.roughness().sigma(),
+///     }
+/// }
+/// let mirror = presets().into_iter().find(|material| material.name() == "silver").unwrap();
+/// assert_eq!(red(&mirror).sigma, 0.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelReflectance {
     /// The diffuse albedo.
@@ -84,6 +99,14 @@ pub struct ChannelReflectance {
 }
 
 /// The light that one channel of a picture shows.
+///
+/// ```
+/// use lobes::inference::LightEstimate;
+/// /// The mean radiance of the light from all sides: L_00 Y_00.
+/// fn mean_radiance(estimate: &LightEstimate) -> f64 {
+///     estimate.mean.get(0, 0) / (4.0 * std::f64::consts::PI).sqrt()
+/// }
+/// ```
 #[derive(Debug, Clone)]
 pub struct LightEstimate {
     /// The posterior mean of the coefficients, the bright lights among them.

@@ -18,6 +18,22 @@ use crate::{Error, Parallelism, Result};
 /// lights.
 ///
 /// It is what takes time to make, and it is plain numbers, so that a program can keep it.
+///
+/// ```
+/// use lobes::inference::{Dataset, Model, Scenes, Training};
+/// use lobes::{Error, Parallelism};
+/// let nothing = Dataset {
+///     materials: vec!["gold".into()],
+///     illuminations: vec!["hall".into()],
+///     scenes: Scenes::default(),
+///     observations: Vec::new(),
+///     render_error: 0.0,
+/// };
+/// // A model learns from two scenes at the least.
+/// let training = Training { named: nothing, random: Vec::new() };
+/// let refused = Model::learn(&training, Parallelism::Sequential);
+/// assert!(matches!(refused, Err(Error::TooFew { .. })));
+/// ```
 #[derive(Debug, Clone)]
 #[cfg_attr(
     feature = "serde",
@@ -61,6 +77,19 @@ impl TryFrom<StoredTraining> for Training {
 
 /// What a [`Model`] reads off a sphere: a few numbers, so that many pictures can be read before any
 /// is judged.
+///
+/// ```
+/// use lobes::inference::SphereFeatures;
+/// use lobes::picture::{Circle, Picture};
+/// // A disc that is brighter towards the upper right, as a matte ball is under one light.
+/// let shade = |x: f64, y: f64| if x.hypot(y) < 60.0 { 0.2 + 0.4 * (0.5 + (x - y) / 170.0) } else { 0.0 };
+/// let pixels = (0..160 * 160).map(|i| [shade((i % 160) as f64 - 79.5, (i / 160) as f64 - 79.5); 3]);
+/// let picture = Picture::linear(160, 160, pixels.collect())?;
+/// let circle = Circle { x: 80.0, y: 80.0, radius: 60.0 };
+/// let features = SphereFeatures::of(&picture.sphere(circle)?)?;
+/// assert!(features.is_grey(), "it is judged by its luminance");
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SphereFeatures {
     pub(super) values: Vec<f64>,

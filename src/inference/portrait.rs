@@ -14,6 +14,20 @@ use crate::{Error, Result};
 /// of that, and each value is (v/m)^(1/2.2), v linear radiance and m the ball's mean luminance, so
 /// that the exposure is divided out and dark places keep their steps. A value of 3 or more is stored
 /// as 3. Beside it stand the statistics of the ball that [`LogReader`] reads.
+///
+/// ```
+/// use lobes::inference::{Network, Portrait, PortraitReader};
+/// # use lobes::picture::{Circle, Picture};
+/// # // A disc that is brighter towards the upper right, as a matte ball is under one light.
+/// # let shade = |x: f64, y: f64| if x.hypot(y) < 60.0 { 0.2 + 0.4 * (0.5 + (x - y) / 170.0) } else { 0.0 };
+/// # let pixels = (0..160 * 160).map(|i| [shade((i % 160) as f64 - 79.5, (i / 160) as f64 - 79.5); 3]);
+/// # let picture = Picture::linear(160, 160, pixels.collect())?;
+/// # let circle = Circle { x: 80.0, y: 80.0, radius: 60.0 };
+/// let portrait = PortraitReader::new()?.read(&picture, circle)?;
+/// assert_eq!(portrait.inputs(false).len(), Network::INPUTS);
+/// assert_eq!(portrait.statistics().len(), Portrait::STATISTICS);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Portrait {
     /// Red, green and blue of each pixel, 85 a unit.
@@ -23,6 +37,22 @@ pub struct Portrait {
 }
 
 /// The plan of what is read for a [`Portrait`]; make one and share it.
+///
+/// ```
+/// use lobes::inference::PortraitReader;
+/// use lobes::picture::{Circle, Picture};
+/// // A disc that is brighter towards the upper right, as a matte ball is under one light.
+/// let shade = |x: f64, y: f64| if x.hypot(y) < 60.0 { 0.2 + 0.4 * (0.5 + (x - y) / 170.0) } else { 0.0 };
+/// let pixels = (0..160 * 160).map(|i| [shade((i % 160) as f64 - 79.5, (i / 160) as f64 - 79.5); 3]);
+/// let picture = Picture::linear(160, 160, pixels.collect())?;
+/// let circle = Circle { x: 80.0, y: 80.0, radius: 60.0 };
+/// let reader = PortraitReader::new()?;
+/// let portrait = reader.read(&picture, circle)?;
+/// assert_eq!(portrait.saturated(), 0.0);
+/// // A circle that leaves the picture is refused.
+/// assert!(reader.read(&picture, Circle { x: 150.0, ..circle }).is_err());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct PortraitReader {
     log: LogReader,

@@ -5,6 +5,13 @@ use super::evidence::log_sum_exp;
 use crate::{Error, Result, check_finite, check_length};
 
 /// A reflectance as its picture shows it without an exposure.
+///
+/// ```
+/// use lobes::inference::Reflectance;
+/// // ρ_d = 0.13 and ρ_s = 0.05 in luminance, as one picture shows them without an exposure.
+/// let plastic = Reflectance { share: 0.05 / (0.05 + 0.13), sigma: 0.03 };
+/// assert!((plastic.share - 0.2778).abs() < 1e-4);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reflectance {

@@ -10,6 +10,14 @@ use crate::reflection::{Camera, Renderer, SphereImage};
 use crate::{Error, Parallelism, Result};
 
 /// One picture of a random reflectance, or what was read off it.
+///
+/// ```
+/// use lobes::inference::{Reflectance, Sample};
+/// let truth = Reflectance { share: 0.3, sigma: 0.1 };
+/// // Two features that were read off a picture under the first light.
+/// let sample = Sample { illumination: 0, judged: true, truth, view: vec![0.2, -1.5] };
+/// assert_eq!(sample.view.len(), 2);
+/// ```
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample<T> {

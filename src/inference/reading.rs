@@ -13,6 +13,24 @@ use crate::illumination::Luminance;
 use crate::reflection::{SphereImage, Viewpoint};
 
 /// What classifiers read off one picture.
+///
+/// ```
+/// use lobes::inference::Reader;
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # // A ball that is brighter on the upper right.
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let reading = Reader::new(Viewpoint::Orthographic)?.read(&image, false)?;
+/// assert!(reading.judged.is_none(), "it was not asked for");
+/// // Over its own mean luminance, a picture is as bright as any other.
+/// let [r, g, b] = reading.without_exposure().mean;
+/// assert!((0.2126 * r + 0.7152 * g + 0.0722 * b - 1.0).abs() < 1e-3);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Reading {
     /// [`DrorFeatures`].
@@ -32,6 +50,24 @@ pub struct Reading {
 
 /// What only pictures that are judged, and those that the paper's features learn from, are asked
 /// for.
+///
+/// ```
+/// use lobes::inference::Reader;
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # // A ball that is brighter on the upper right.
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let reading = Reader::new(Viewpoint::Orthographic)?.read(&image, true)?;
+/// let judged = reading.judged.unwrap();
+/// // The paper's features under each continuation of the half of the ball that is not seen.
+/// assert_eq!(judged.paper.len(), Reader::CONTINUATIONS.len());
+/// assert_eq!(judged.image.size(), 64);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct JudgedReading {
     /// The paper's features under each of [`Reader::CONTINUATIONS`].
@@ -145,6 +181,23 @@ impl LogReader {
 }
 
 /// What [`GaussianEvidence`](super::GaussianEvidence) is taken of.
+///
+/// ```
+/// use lobes::inference::EvidenceReader;
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # // A ball that is brighter on the upper right.
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let reader = EvidenceReader::new(Viewpoint::Orthographic)?;
+/// let reading = reader.read(&image)?;
+/// // The mean of green is 1 on every ring.
+/// assert!(reading.channels[1].cosine(0).iter().all(|mean| (mean - 1.0).abs() < 1e-6));
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct EvidenceReading {
     /// The rings' amplitudes of each channel.
@@ -206,6 +259,21 @@ impl EvidenceReader {
 }
 
 /// The plans of everything that is read off pictures of one viewpoint.
+///
+/// ```
+/// use lobes::inference::Reader;
+/// # use lobes::{glam::DVec3, reflection::{Camera, SphereImage, Viewpoint}};
+/// # // A ball that is brighter on the upper right.
+/// # let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// # let pixels = (0..64 * 64).map(|i| match camera.pixel(64, i / 64, i % 64) {
+/// #     Some(at) => [1.0 + 0.5 * at.normal.y, 1.0, 1.0 + 0.5 * at.normal.x],
+/// #     None => [0.0; 3],
+/// # });
+/// # let image = SphereImage::new(camera, 64, pixels.collect())?;
+/// let reading = Reader::new(Viewpoint::Orthographic)?.read(&image, false)?;
+/// assert_eq!(reading.log_amplitudes.len(), Reader::LOG_ORDERS + 1);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Reader {
     log: LogReader,

@@ -14,6 +14,29 @@ use crate::{Error, Parallelism, Result};
 ///
 /// The axes are the specular share ρ_s/(ρ_s + ρ_d) and the roughness σ; the prior is uniform over
 /// the grid, and over the spectra of light.
+///
+/// ```
+/// use lobes::inference::{BrightLights, ReflectanceGrid, natural_spectrum};
+/// # use lobes::{Parallelism, reflectance::Variant, reflection::{Operator, Viewpoint}};
+/// # use lobes::features::{Modes, RingLayout};
+/// # let layout = RingLayout::new(Viewpoint::Orthographic, 12, 4)?;
+/// # let one = Parallelism::Sequential;
+/// # let operator = Operator::new(Variant::Duer, 0.1, Viewpoint::Orthographic, layout.angles(), 16, one)?;
+/// # // What a matte ball shows of light from above, without any noise.
+/// # let angles = layout.angles().to_vec();
+/// # let mut amplitudes = vec![0.0; layout.len()];
+/// # for (r, angle) in angles.iter().enumerate() {
+/// #     amplitudes[r] = 1.0 + 0.3 * angle.cos();
+/// # }
+/// # let modes = Modes::from_values(&layout, amplitudes)?;
+/// // `modes` vary across the rings as the cosine of the angle does, as a matte ball's may.
+/// let (shares, sigmas) = ([0.0, 0.5, 1.0], [0.05, 0.1, 0.2]);
+/// let spectra = [natural_spectrum(0.5, 16)];
+/// let grid = ReflectanceGrid::new(Variant::Duer, &layout, &shares, &sigmas, &spectra, 1e-3, one)?;
+/// let posterior = grid.posterior(&modes, &BrightLights::default(), 0.1)?;
+/// assert!(posterior.share_marginal()[0] > 0.5, "the ball has no highlight");
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct ReflectanceGrid {
     layout: RingLayout,

@@ -63,6 +63,22 @@ impl From<Scenes> for Vec<usize> {
 }
 
 /// Two maps that look like one, whatever the exposure and however one is turned about the vertical.
+///
+/// ```
+/// use lobes::Parallelism;
+/// use lobes::illumination::EnvironmentMap;
+/// use lobes::inference::Scenes;
+/// // One light, and the same with three times the exposure.
+/// let map = |scale: f64| {
+///     let pixels = (0..16 * 8).map(|i| [scale * (1.0 + f64::from(i % 16) + f64::from(i / 16)); 3]);
+///     EnvironmentMap::new("hall", 16, 8, pixels.collect())
+/// };
+/// let (scenes, alike) = Scenes::of_maps(&[map(1.0)?, map(3.0)?], Parallelism::Sequential)?;
+/// assert_eq!((alike[0].first, alike[0].second), (0, 1));
+/// assert!(alike[0].correlation > Scenes::ALIKE);
+/// assert_eq!(scenes.of(1), 0);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alike {
     /// The index of the first.

@@ -13,6 +13,18 @@ use crate::{Error, Result};
 ///
 /// What is left of light of high degrees, which a mirror shows and the operator's degree cuts off,
 /// lies between the rings more than along them: smooth functions do not see it.
+///
+/// ```
+/// use lobes::inference::SmoothOperator;
+/// # use lobes::{Parallelism, reflectance::Variant, reflection::{Operator, Viewpoint}};
+/// # use lobes::features::{Modes, RingLayout};
+/// # let layout = RingLayout::new(Viewpoint::Orthographic, 12, 4)?;
+/// # let one = Parallelism::Sequential;
+/// # let operator = Operator::new(Variant::Duer, 0.1, Viewpoint::Orthographic, layout.angles(), 16, one)?;
+/// let smooth = SmoothOperator::new(&operator, &layout)?;
+/// assert_eq!(smooth.degree(), operator.degree());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct SmoothOperator {
     degree: usize,
@@ -23,6 +35,21 @@ pub struct SmoothOperator {
 
 /// The amplitudes of one channel of a picture over the same functions: by order, one column
 /// (cosine) or two (cosine and sine).
+///
+/// ```
+/// use lobes::inference::SmoothModes;
+/// # use lobes::{Parallelism, reflectance::Variant, reflection::{Operator, Viewpoint}};
+/// # use lobes::features::{Modes, RingLayout};
+/// # let layout = RingLayout::new(Viewpoint::Orthographic, 12, 4)?;
+/// # let one = Parallelism::Sequential;
+/// # let operator = Operator::new(Variant::Duer, 0.1, Viewpoint::Orthographic, layout.angles(), 16, one)?;
+/// let amplitudes = Modes::from_values(&layout, vec![1.0; layout.len()])?;
+/// let smooth = SmoothModes::new(&amplitudes, &layout)?;
+/// // Modes of another layout are refused.
+/// let other = RingLayout::new(Viewpoint::Orthographic, 10, 4)?;
+/// assert!(SmoothModes::new(&amplitudes, &other).is_err());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct SmoothModes {
     pub(super) orders: Vec<DMatrix<f64>>,
@@ -30,6 +57,22 @@ pub struct SmoothModes {
 
 /// What lights of strength 1 in some directions give a diffuse and a specular sphere: by order, a
 /// row a function, a column a light at azimuth 0.
+///
+/// ```
+/// use lobes::inference::{BrightLights, GaussianEvidence, SmoothModes, SmoothOperator, natural_spectrum};
+/// # use lobes::{Parallelism, reflectance::Variant, reflection::{Operator, Viewpoint}};
+/// # use lobes::features::{Modes, RingLayout};
+/// # let layout = RingLayout::new(Viewpoint::Orthographic, 12, 4)?;
+/// # let one = Parallelism::Sequential;
+/// # let operator = Operator::new(Variant::Duer, 0.1, Viewpoint::Orthographic, layout.angles(), 16, one)?;
+/// let smooth = SmoothOperator::new(&operator, &layout)?;
+/// // What a small light half a radian from the line of sight adds to the rings' amplitudes.
+/// let lamp = smooth.responses(&BrightLights::from_directions(vec![(0.5, 0.0)]))?;
+/// let evidence = GaussianEvidence::new(&smooth, &natural_spectrum(0.5, 16), 0.5, 0.5, 1e-2)?;
+/// let modes = SmoothModes::new(&Modes::from_values(&layout, vec![1.0; layout.len()])?, &layout)?;
+/// assert!(evidence.of(&modes, &lamp)?.log.is_finite());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct LightResponses {
     /// By order: sin mφ and cos mφ of each light.

@@ -12,6 +12,15 @@ use crate::reflection::{Camera, Settings, SphereImage, Viewpoint};
 use crate::{Error, Parallelism, Result};
 
 /// How a [`Training`] set is made.
+///
+/// ```
+/// use lobes::inference::{RandomReflectances, TrainingPlan};
+/// // Half as many cameras, and reflectances of another seed.
+/// let mut plan = TrainingPlan::default();
+/// plan.plan.turns = 8;
+/// plan.random = RandomReflectances { seed: 2, ..plan.random };
+/// assert_eq!(plan.plan.turns * plan.developments, 16, "pictures of each material in each light");
+/// ```
 #[derive(Debug, Clone)]
 pub struct TrainingPlan {
     /// The lobe, the size and the tolerance of the pictures; its turns are the cameras for each

@@ -10,6 +10,19 @@ use crate::reflection::{Camera, SphereImage};
 use crate::{Error, Result};
 
 /// The sphere of a picture, cut out.
+///
+/// ```
+/// use lobes::picture::{Circle, Picture, Sphere};
+/// // A disc that is brighter towards the upper right, as a matte ball is under one light.
+/// let shade = |x: f64, y: f64| if x.hypot(y) < 60.0 { 0.2 + 0.4 * (0.5 + (x - y) / 170.0) } else { 0.0 };
+/// let pixels = (0..160 * 160).map(|i| [shade((i % 160) as f64 - 79.5, (i / 160) as f64 - 79.5); 3]);
+/// let picture = Picture::linear(160, 160, pixels.collect())?;
+/// let circle = Circle { x: 80.0, y: 80.0, radius: 60.0 };
+/// let sphere = picture.sphere(circle)?;
+/// assert_eq!(sphere.image.size(), Sphere::SIZE);
+/// assert!(sphere.is_grey() && sphere.seen > 0.999);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Sphere {
     /// Its picture, [`Self::SIZE`] pixels a side. The camera stands towards +z: orthographic, or as

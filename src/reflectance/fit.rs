@@ -16,6 +16,16 @@ use super::ward::{MIN_SIGMA, Ward};
 use crate::{Error, Result};
 
 /// One measured value of a BRDF.
+///
+/// ```
+/// use lobes::glam::DVec3;
+/// use lobes::reflectance::fit::Measurement;
+/// // A white diffuse surface, lit at 45° and seen along its normal.
+/// let light = DVec3::new(0.5f64.sqrt(), 0.0, 0.5f64.sqrt());
+/// let value = std::f64::consts::FRAC_1_PI;
+/// let measured = Measurement { light, view: DVec3::Z, value, weight: 1.0 };
+/// assert!((measured.value * std::f64::consts::PI - 1.0).abs() < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measurement {
     /// The direction to the light, in the surface's frame.
@@ -29,6 +39,23 @@ pub struct Measurement {
 }
 
 /// Whether the lobe is round.
+///
+/// ```
+/// # use lobes::glam::DVec3;
+/// # use lobes::reflectance::{Variant, Ward, fit::{fit, residuals, Measurement, Widths}};
+/// # let lobe = Ward::isotropic(Variant::Duer, 0.1)?;
+/// # let view = DVec3::new(0.6, 0.0, 0.8);
+/// # let measurements: Vec<_> = (0..50).map(|i| {
+/// #     let angle = 0.03 * f64::from(i) - 0.1;
+/// #     let light = DVec3::new(-angle.sin(), 0.0, angle.cos());
+/// #     let value = 0.2 / std::f64::consts::PI + 0.3 * lobe.evaluate(view, light) / light.z;
+/// #     Measurement { light, view, value, weight: 1.0 }
+/// # }).collect();
+/// // `measurements` lie in one plane, so that they cannot tell the width across it.
+/// assert!(fit(&measurements, Variant::Duer, Widths::One).is_ok());
+/// assert!(fit(&measurements, Variant::Duer, Widths::Two).is_err());
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -61,6 +88,24 @@ pub struct Estimate {
 }
 
 /// What a fit found.
+///
+/// ```
+/// # use lobes::glam::DVec3;
+/// # use lobes::reflectance::{Variant, Ward, fit::{fit, residuals, Measurement, Widths}};
+/// # let lobe = Ward::isotropic(Variant::Duer, 0.1)?;
+/// # let view = DVec3::new(0.6, 0.0, 0.8);
+/// # let measurements: Vec<_> = (0..50).map(|i| {
+/// #     let angle = 0.03 * f64::from(i) - 0.1;
+/// #     let light = DVec3::new(-angle.sin(), 0.0, angle.cos());
+/// #     let value = 0.2 / std::f64::consts::PI + 0.3 * lobe.evaluate(view, light) / light.z;
+/// #     Measurement { light, view, value, weight: 1.0 }
+/// # }).collect();
+/// // `measurements` are exact values of ρ_d = 0.2, ρ_s = 0.3 and σ = 0.1.
+/// let found = fit(&measurements, Variant::Duer, Widths::One)?;
+/// assert!((found.diffuse.value - 0.2).abs() < 1e-8 && (found.specular.value - 0.3).abs() < 1e-8);
+/// assert!(found.residual < 1e-8);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Fit {
@@ -82,6 +127,25 @@ pub struct Fit {
 }
 
 /// A measurement's place and residual, for a plot.
+///
+/// ```
+/// # use lobes::glam::DVec3;
+/// # use lobes::reflectance::{Variant, Ward, fit::{fit, residuals, Measurement, Widths}};
+/// # let lobe = Ward::isotropic(Variant::Duer, 0.1)?;
+/// # let view = DVec3::new(0.6, 0.0, 0.8);
+/// # let measurements: Vec<_> = (0..50).map(|i| {
+/// #     let angle = 0.03 * f64::from(i) - 0.1;
+/// #     let light = DVec3::new(-angle.sin(), 0.0, angle.cos());
+/// #     let value = 0.2 / std::f64::consts::PI + 0.3 * lobe.evaluate(view, light) / light.z;
+/// #     Measurement { light, view, value, weight: 1.0 }
+/// # }).collect();
+/// let found = fit(&measurements, Variant::Duer, Widths::One)?;
+/// let points = residuals(&measurements, &found)?;
+/// // Where the highlight is: the half vector along the normal.
+/// let top = points.iter().min_by(|a, b| a.delta.total_cmp(&b.delta)).unwrap();
+/// assert!((top.measured - top.fitted).abs() < 1e-8);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residual {
     /// The angle δ from the normal to the half vector, in radians.

@@ -75,6 +75,17 @@ pub fn recover_kernel(
 }
 
 /// A surface recovered from its kernel: values and standard errors.
+///
+/// ```
+/// use lobes::reflectance::recover::Recovered;
+/// /// Whether the highlight is there: ρ_s beyond three of its standard errors.
+/// fn glossy(found: &Recovered) -> bool {
+///     let [specular, error] = found.specular;
+///     specular > 3.0 * error
+/// }
+/// let found = Recovered { diffuse: [0.2, 0.01], specular: [0.05, 0.01], sigma: [0.1, 0.02] };
+/// assert!(glossy(&found));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recovered {
     /// `ρ_d` and its standard error.

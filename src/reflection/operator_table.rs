@@ -87,6 +87,19 @@ impl OperatorSet {
 /// doi:10.1137/S0036144502417715). The error is not a guess: the table makes the exact operator
 /// halfway between all neighbouring nodes too, and [`OperatorTable::error`] is the largest
 /// difference found there.
+///
+/// ```
+/// use lobes::{Parallelism, reflectance::Variant};
+/// use lobes::reflection::{OperatorSet, OperatorTable, Viewpoint};
+/// let one = Parallelism::Sequential;
+/// let set = OperatorSet::new(Variant::Duer, Viewpoint::Orthographic, &[0.2, 0.9], 8)?;
+/// let table = OperatorTable::new(&set, 0.1, 0.2, 6, one)?;
+/// // What it interpolates at a σ that is no node of its own is as near as it says.
+/// let (interpolated, exact) = (table.at(0.123)?, set.at(0.123, one)?);
+/// let off = (interpolated.specular(4, 0)[1] - exact.specular(4, 0)[1]).abs();
+/// assert!(off <= 2.0 * table.error() && table.error() < 1e-5);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct OperatorTable {
     low: f64,

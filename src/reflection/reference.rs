@@ -10,6 +10,15 @@ use crate::sphere::Frame;
 use crate::{Error, Result};
 
 /// A radiance and how wrong it may be.
+///
+/// ```
+/// use lobes::{glam::DVec3, illumination::EnvironmentMap, reflectance::{Material, Variant}, reflection};
+/// let map = EnvironmentMap::new("grey", 8, 4, vec![[2.0; 3]; 32])?;
+/// let brown = Material::plastic("brown", [0.2, 0.1, 0.1], 0.0, 0.0)?;
+/// let seen = reflection::reference(&map, &brown, Variant::Duer, DVec3::Y, DVec3::Y, 1e-8)?;
+/// assert!((seen.value[0] - 0.4).abs() < 1e-8 && seen.error < 1e-8);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reference {
     /// The radiance of each channel.

@@ -29,6 +29,13 @@ const MOST_ROWS: usize = 4096;
 /// the mean of its channels or, if that is larger, over a hundredth of the picture's mean. The
 /// error of a picture is what one pixel in a thousand passes. Each pixel is worked on until its own
 /// estimate is below the tolerance.
+///
+/// ```
+/// use lobes::reflection::Settings;
+/// // A small picture that is quick to make, each pixel the mean over nine points.
+/// let settings = Settings { size: 64, tolerance: 1e-2, pixel_samples: 3 };
+/// assert_eq!(Settings { pixel_samples: 1, ..settings }.size, 64);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -97,6 +104,20 @@ impl TryFrom<StoredSettings> for Settings {
 }
 
 /// A picture and how wrong it may be.
+///
+/// ```
+/// use lobes::{Parallelism, glam::DVec3, illumination::EnvironmentMap};
+/// use lobes::{reflectance::{Material, Variant}, reflection::{Camera, Renderer, Settings}};
+/// let map = EnvironmentMap::new("even", 64, 32, vec![[1.0; 3]; 64 * 32])?;
+/// let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// let settings = Settings { size: 8, ..Settings::default() };
+/// let plastic = Material::plastic("grey", [0.3; 3], 0.05, 0.1)?;
+/// let one = Parallelism::Sequential;
+/// let rendering = Renderer::new(&map, one)?.render(&plastic, Variant::default(), &camera, &settings, one)?;
+/// assert!(rendering.error <= settings.tolerance);
+/// assert_eq!(rendering.image.get(0, 0), None, "the corner shows no sphere");
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rendering {
     /// The picture.

@@ -15,6 +15,20 @@ use crate::sphere::to_map;
 use crate::{Error, Parallelism, Result};
 
 /// A radiance and what its error does not pass.
+///
+/// ```
+/// use lobes::illumination::EnvironmentMap;
+/// use lobes::reflectance::{Material, Variant};
+/// use lobes::reflection::{LightTree, ShadingPoint};
+/// use lobes::{Parallelism, glam::DVec3};
+/// let map = EnvironmentMap::new("grey", 32, 16, vec![[2.0; 3]; 512])?;
+/// let tree = LightTree::new(&map, Parallelism::Sequential)?;
+/// let point = ShadingPoint { normal: DVec3::Y, view: DVec3::Y };
+/// let seen = tree.radiance(&Material::white(), Variant::Duer, &[point], 1e-4, Parallelism::Sequential)?[0];
+/// // White under the same light from everywhere: the light itself.
+/// assert!((seen.value[0] - 2.0).abs() <= seen.bound && seen.bound <= 2e-4);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Bounded {
     /// The radiance of each channel.

@@ -114,6 +114,27 @@ impl Lobe for LambertLobe {
 ///
 /// `width` is about the angle over which the lobe changes. It decides how long an answer takes
 /// only.
+///
+/// ```
+/// use lobes::illumination::EnvironmentMap;
+/// use lobes::reflection::{FunctionLobe, LightTree};
+/// use lobes::{Parallelism, glam::DVec3};
+/// // Phong's lobe of exponent 8 about the normal, ∫ = 2π/9. For z = x + iy in complex space
+/// // |n·z|² ≤ (|n·c| + r)² + s².
+/// let lobe = FunctionLobe {
+///     name: "Phong's lobe",
+///     normal: DVec3::Y,
+///     value: |light: DVec3| light.y.powi(8),
+///     bound: |centre: DVec3, real: f64, imaginary: f64| {
+///         ((centre.y.abs() + real).powi(2) + imaginary * imaginary).powi(4)
+///     },
+///     width: 0.5,
+/// };
+/// let map = EnvironmentMap::new("grey", 32, 16, vec![[1.0; 3]; 512])?;
+/// let sum = LightTree::new(&map, Parallelism::Sequential)?.integral(&lobe, 1e-4)?;
+/// assert!((sum.value[0] - 2.0 * std::f64::consts::PI / 9.0).abs() <= sum.bound);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct FunctionLobe<V, B> {
     /// What it is called in an error.
