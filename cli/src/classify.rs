@@ -350,8 +350,7 @@ impl Counts {
         let place = if self.of_names {
             answer.name.as_ref().and_then(Verdict::material)
         } else {
-            let finish = answer.finish.finish();
-            finish.and_then(|finish| Finish::ALL.iter().position(|other| *other == finish))
+            answer.finish.finish().map(Finish::index)
         };
         self.counts[place.unwrap_or(self.names.len() - 1)] += 1;
     }

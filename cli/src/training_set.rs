@@ -72,7 +72,7 @@ enum Stored {
 
 /// A line of the index.
 #[derive(Debug, Serialize)]
-struct Entry<'a> {
+struct IndexLine<'a> {
     file: String,
     light: &'a str,
     material: &'a str,
@@ -149,7 +149,7 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
     for (l, light) in lights.iter().enumerate() {
         for (m, material) in materials.iter().enumerate() {
             for (c, &camera) in places.iter().enumerate() {
-                let entry = Entry {
+                let entry = IndexLine {
                     file: file(l, m, c),
                     light,
                     material: material.name(),

@@ -226,7 +226,7 @@ fn fresnel(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 #[derive(Deserialize)]
-struct Lobes {
+struct GgxLobes {
     kind: String,
     parameters: Vec<f64>,
     seed: u64,
@@ -239,10 +239,10 @@ struct Lobes {
 /// Of every geometry the lobe, view and light, and what `answers` has of it, if anything.
 fn each_lobe(
     snapshots: &Snapshots,
-    answers: fn(&Lobes) -> &[f64],
+    answers: fn(&GgxLobes) -> &[f64],
     mut with: impl FnMut(&Ggx, DVec3, DVec3, f64) -> Result<()>,
 ) -> Result<()> {
-    for case in snapshots.cases::<Lobes>("ggx", "lobe")? {
+    for case in snapshots.cases::<GgxLobes>("ggx", "lobe")? {
         let boundary = named(&case.kind, &case.parameters)?;
         let count = case.values.len();
         // The even seeds are those of round lobes.
@@ -411,7 +411,7 @@ fn albedo(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 #[derive(Deserialize)]
-struct Zonal {
+struct GgxZonal {
     kind: String,
     parameters: Vec<f64>,
     alpha: [f64; 2],
@@ -421,7 +421,7 @@ struct Zonal {
 }
 
 fn zonal(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Zonal>("ggx", "zonal")? {
+    for case in snapshots.cases::<GgxZonal>("ggx", "zonal")? {
         let [x, y] = case.alpha;
         let lobe = Ggx::anisotropic(x, y, named(&case.kind, &case.parameters)?)?;
         let top = case.degrees.iter().copied().max().unwrap_or(0);
@@ -454,7 +454,7 @@ fn bessel(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 fn bessel_bound(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Zonal>("ggx", "zonal")? {
+    for case in snapshots.cases::<GgxZonal>("ggx", "zonal")? {
         if case.kind != "constant" || case.alpha[0] != case.alpha[1] {
             continue;
         }

@@ -62,13 +62,13 @@ pub(super) fn contracts() -> Vec<Contract> {
 }
 
 #[derive(Deserialize)]
-struct Shape {
+struct MapShape {
     height: usize,
     width: usize,
     seed: u64,
 }
 
-impl Shape {
+impl MapShape {
     fn map(&self) -> Result<EnvironmentMap> {
         noisy_map(self.height, self.width, self.seed)
     }
@@ -77,7 +77,7 @@ impl Shape {
 #[derive(Deserialize)]
 struct Values {
     #[serde(flatten)]
-    shape: Shape,
+    shape: MapShape,
     directions: Vec<[f64; 3]>,
     values: Vec<[f64; 3]>,
 }
@@ -113,7 +113,7 @@ fn centres(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 #[derive(Deserialize)]
 struct Mean {
     #[serde(flatten)]
-    shape: Shape,
+    shape: MapShape,
     mean: [f64; 3],
 }
 

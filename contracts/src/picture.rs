@@ -47,7 +47,7 @@ pub(super) fn contracts() -> Vec<Contract> {
 }
 
 #[derive(Deserialize)]
-struct Case {
+struct PictureCase {
     what: Option<String>,
     file: String,
     pixels: Vec<Vec<[f64; 3]>>,
@@ -59,7 +59,7 @@ fn each(
     wanted: impl Fn(&str) -> bool,
     mut compare: impl FnMut([f64; 3], [f64; 3], &str),
 ) -> Result<()> {
-    for case in snapshots.cases::<Case>("picture", name)? {
+    for case in snapshots.cases::<PictureCase>("picture", name)? {
         let what = case.what.as_deref().unwrap_or(name);
         if !wanted(what) {
             continue;

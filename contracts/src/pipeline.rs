@@ -40,7 +40,7 @@ pub(super) fn contracts() -> Vec<Contract> {
 }
 
 #[derive(Deserialize)]
-struct Case {
+struct PipelineCase {
     size: usize,
     /// Direction, sharpness and the weight in each channel.
     bumps: Vec<[f64; 7]>,
@@ -50,7 +50,7 @@ struct Case {
     features: [f64; 7],
 }
 
-impl Case {
+impl PipelineCase {
     fn image(&self) -> Result<SphereImage> {
         let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
         let pixels = (0..self.size * self.size).map(|i| {
@@ -79,7 +79,7 @@ impl Case {
 }
 
 fn power(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Case>("pipeline", "features")? {
+    for case in snapshots.cases::<PipelineCase>("pipeline", "features")? {
         let (_, power) = case.power()?;
         let name = &case.continuation;
         for (l, (got, want)) in power.luminance.iter().zip(&case.power).enumerate() {
@@ -93,7 +93,7 @@ fn power(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 fn features(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Case>("pipeline", "features")? {
+    for case in snapshots.cases::<PipelineCase>("pipeline", "features")? {
         let (spectrum, _) = case.power()?;
         let features = PaperFeatures::of_image(&spectrum, &case.image()?)?;
         let want = case.features.iter().chain(&case.colour);

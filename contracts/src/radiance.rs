@@ -41,7 +41,7 @@ pub(super) fn contracts() -> Vec<Contract> {
 }
 
 #[derive(Deserialize)]
-struct Case {
+struct RadianceCase {
     reflectance: [f64; 3],
     specularity: f64,
     sigma: f64,
@@ -51,7 +51,7 @@ struct Case {
 }
 
 fn plastic(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Case>("radiance", "plastic")? {
+    for case in snapshots.cases::<RadianceCase>("radiance", "plastic")? {
         let material =
             Material::plastic("plastic", case.reflectance, case.specularity, case.sigma)?;
         compare(&case, &material, tally);
@@ -60,14 +60,14 @@ fn plastic(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 fn metal(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Case>("radiance", "metal")? {
+    for case in snapshots.cases::<RadianceCase>("radiance", "metal")? {
         let material = Material::metal("metal", case.reflectance, case.specularity, case.sigma)?;
         compare(&case, &material, tally);
     }
     Ok(())
 }
 
-fn compare(case: &Case, material: &Material, tally: &mut Tally) {
+fn compare(case: &RadianceCase, material: &Material, tally: &mut Tally) {
     let light = DVec3::from_array(case.light);
     for (view, want) in case.views.iter().zip(&case.radiances) {
         let specular = material

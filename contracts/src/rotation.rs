@@ -71,7 +71,7 @@ pub(super) fn contracts() -> Vec<Contract> {
 }
 
 #[derive(Deserialize)]
-struct Case {
+struct RotationCase {
     degree: usize,
     seed: u64,
     /// x, y, z, w.
@@ -88,7 +88,7 @@ fn highest(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 /// The snapshot holds the last coefficients in the order l² + l + m.
-fn compare(cases: Vec<Case>, tally: &mut Tally) -> Result<()> {
+fn compare(cases: Vec<RotationCase>, tally: &mut Tally) -> Result<()> {
     for case in cases {
         let turn = DQuat::from_array(case.quaternion);
         let got = Rotation::new(case.degree)?.rotate(

@@ -21,7 +21,7 @@ pub(super) fn contracts() -> Vec<Contract> {
 }
 
 #[derive(Deserialize)]
-struct Case {
+struct OperatorCase {
     variant: String,
     sigma: f64,
     theta: f64,
@@ -32,7 +32,7 @@ struct Case {
 }
 
 fn specular(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Case>("view_operator", "specular")? {
+    for case in snapshots.cases::<OperatorCase>("view_operator", "specular")? {
         let viewpoint = if case.distance == 0.0 {
             Viewpoint::Orthographic
         } else {
@@ -50,7 +50,7 @@ fn specular(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
         )?;
         for (&(l, m), want) in case.harmonics.iter().zip(&case.values) {
             tally.compare(operator.specular(l, m)[0], *want, || {
-                let Case {
+                let OperatorCase {
                     variant,
                     sigma,
                     theta,

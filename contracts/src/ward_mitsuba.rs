@@ -49,7 +49,7 @@ pub(super) fn contracts() -> Vec<Contract> {
 }
 
 #[derive(Deserialize)]
-struct Lobe {
+struct MitsubaLobe {
     variant: Option<String>,
     sigma: [f64; 2],
     views: Vec<[f64; 3]>,
@@ -71,7 +71,7 @@ fn each(
     name: &str,
     of: fn(&Ward, DVec3, DVec3) -> f64,
 ) -> Result<()> {
-    for case in snapshots.cases::<Lobe>("ward_mitsuba", name)? {
+    for case in snapshots.cases::<MitsubaLobe>("ward_mitsuba", name)? {
         let variant = case.variant.as_deref().unwrap_or("duer").parse()?;
         let [x, y] = case.sigma;
         let ward = Ward::anisotropic(variant, x, y)?;

@@ -132,8 +132,7 @@ pub fn finish_cross_entropy(
 
 /// The place of a finish among the answers: the last is "no single finish".
 fn place(finish: Option<Finish>) -> usize {
-    let place = finish.and_then(|finish| Finish::ALL.iter().position(|f| *f == finish));
-    place.unwrap_or(Finish::ALL.len())
+    finish.map_or(Finish::ALL.len(), Finish::index)
 }
 
 /// How a model did on photographs.

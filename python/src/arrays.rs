@@ -266,3 +266,37 @@ pub(crate) fn shaped<'py, T: Element>(
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     PyArray1::from_vec(py, values).reshape(shape)
 }
+
+/// The values of a mask (rows, columns) on [0, 1].
+pub(crate) fn mask_of(
+    mask: Option<&Bound<'_, PyAny>>,
+    rows: usize,
+    columns: usize,
+) -> PyResult<Option<Vec<f32>>> {
+    let Some(mask) = mask else {
+        return Ok(None);
+    };
+    let scale = if type_name(mask)? == "uint8" {
+        255.0
+    } else {
+        1.0
+    };
+    let mask = doubles(mask, "the mask")?;
+    if mask.shape() != [rows, columns] {
+        return Err(PyValueError::new_err(format!(
+            "the mask has the shape {}, which is not that of the picture, ({rows}, {columns})",
+            shape_name(mask.shape())
+        )));
+    }
+    let values: Vec<f32> = mask
+        .as_slice()?
+        .iter()
+        .map(|value| (value / scale) as f32)
+        .collect();
+    match values.iter().find(|value| !(0.0..=1.0).contains(*value)) {
+        None => Ok(Some(values)),
+        Some(value) => Err(PyValueError::new_err(format!(
+            "the mask holds {value}, which is not in [0, 1]"
+        ))),
+    }
+}

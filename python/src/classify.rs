@@ -11,7 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::arrays::{Pixels, check_finite, doubles, numbers, shape_name, shaped, type_name};
+use crate::arrays::{Pixels, check_finite, mask_of, numbers, shaped, type_name};
 use crate::illumination::EnvironmentMap;
 use crate::reflectance::Material;
 use crate::{error, interrupt, is_record, parallelism, record};
@@ -23,40 +23,6 @@ const MOST_CAMERAS: usize = 4096;
 #[pyclass(frozen, eq, module = "lobes")]
 #[derive(PartialEq)]
 pub(crate) struct Picture(Arc<picture::Picture>);
-
-/// The values of a mask (rows, columns) on [0, 1].
-pub(crate) fn mask_of(
-    mask: Option<&Bound<'_, PyAny>>,
-    rows: usize,
-    columns: usize,
-) -> PyResult<Option<Vec<f32>>> {
-    let Some(mask) = mask else {
-        return Ok(None);
-    };
-    let scale = if type_name(mask)? == "uint8" {
-        255.0
-    } else {
-        1.0
-    };
-    let mask = doubles(mask, "the mask")?;
-    if mask.shape() != [rows, columns] {
-        return Err(PyValueError::new_err(format!(
-            "the mask has the shape {}, which is not that of the picture, ({rows}, {columns})",
-            shape_name(mask.shape())
-        )));
-    }
-    let values: Vec<f32> = mask
-        .as_slice()?
-        .iter()
-        .map(|value| (value / scale) as f32)
-        .collect();
-    match values.iter().find(|value| !(0.0..=1.0).contains(*value)) {
-        None => Ok(Some(values)),
-        Some(value) => Err(PyValueError::new_err(format!(
-            "the mask holds {value}, which is not in [0, 1]"
-        ))),
-    }
-}
 
 #[pymethods]
 impl Picture {

@@ -11,7 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::arrays::{Directions, Pixels, check_finite, check_room, doubles, shaped};
+use crate::arrays::{Directions, Pixels, check_finite, check_room, doubles, mask_of, shaped};
 use crate::coefficients::wrap_all;
 use crate::{error, interrupt, parallelism, record};
 
@@ -310,7 +310,7 @@ pub(crate) fn encode_png<'py>(
     if pixels.values.is_empty() {
         return Err(PyValueError::new_err("the picture has no pixel"));
     }
-    let mask = crate::classify::mask_of(mask, pixels.rows, pixels.columns)?;
+    let mask = mask_of(mask, pixels.rows, pixels.columns)?;
     let bytes = interrupt::run(py, move || {
         lobes::picture::encode_png(pixels.columns, pixels.rows, exposure, |row, column| {
             let index = row * pixels.columns + column;

@@ -249,31 +249,11 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The bilinear value at a position of the disc (x right, y up, radius 1), from the neighbours
-    /// that show the sphere; `None` where none does.
+    /// The value at a position of the disc (x right, y up, radius 1), from the neighbours that show
+    /// the sphere; `None` where none does.
     fn bilinear(&self, x: f64, y: f64) -> Option<[f64; 3]> {
-        let size = self.image.size();
-        let half = size as f64 / 2.0;
-        let (column, row) = (half + x * half - 0.5, half - y * half - 0.5);
-        let (column0, row0) = (column.floor(), row.floor());
-        let (fx, fy) = (column - column0, row - row0);
-        let mut sum = [0.0; 3];
-        let mut total = 0.0;
-        for (dy, wy) in [(0.0, 1.0 - fy), (1.0, fy)] {
-            for (dx, wx) in [(0.0, 1.0 - fx), (1.0, fx)] {
-                let (r, c) = (row0 + dy, column0 + dx);
-                if r < 0.0 || c < 0.0 || r >= size as f64 || c >= size as f64 {
-                    continue;
-                }
-                if let Some(rgb) = self.image.get(r as usize, c as usize) {
-                    let weight = wx * wy;
-                    total += weight;
-                    for (sum, value) in sum.iter_mut().zip(rgb) {
-                        *sum += weight * value;
-                    }
-                }
-            }
-        }
-        (total > 1e-9).then(|| sum.map(|sum| sum / total))
+        let half = self.image.size() as f64 / 2.0;
+        self.image
+            .interpolate(half + x * half - 0.5, half - y * half - 0.5)
     }
 }

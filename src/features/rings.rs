@@ -169,7 +169,7 @@ impl Unwrapped {
             for &(sin, cos) in &azimuths {
                 let x = (0.5 * (1.0 + radius * cos)) * size as f64 - 0.5;
                 let y = (0.5 * (1.0 - radius * sin)) * size as f64 - 0.5;
-                let value = bilinear(image, x, y).ok_or(Error::Unseen {
+                let value = image.interpolate(x, y).ok_or(Error::Unseen {
                     what: "a point on one of its rings",
                 })?;
                 values.push(value);
@@ -344,25 +344,4 @@ pub(super) fn add_waves(
             *value += cosine * cos + sine * sin;
         }
     }
-}
-
-fn bilinear(image: &SphereImage, x: f64, y: f64) -> Option<[f64; 3]> {
-    let (column, row) = (x.floor(), y.floor());
-    let mut sum = [0.0; 3];
-    let mut total = 0.0;
-    for (dy, dx) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-        let (i, j) = (row as i64 + dy, column as i64 + dx);
-        let (Ok(i), Ok(j)) = (usize::try_from(i), usize::try_from(j)) else {
-            continue;
-        };
-        let Some(pixel) = image.get(i, j) else {
-            continue;
-        };
-        let weight = (1.0 - (x - j as f64).abs()) * (1.0 - (y - i as f64).abs());
-        for (sum, value) in sum.iter_mut().zip(pixel) {
-            *sum += weight * value;
-        }
-        total += weight;
-    }
-    (total > 1e-9).then(|| sum.map(|sum| sum / total))
 }

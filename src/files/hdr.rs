@@ -14,7 +14,7 @@
 use super::primaries::{Primaries, ToRec709};
 use super::{Picture, Problem, check_size, room};
 
-type Decoded<T> = Result<T, Problem>;
+type Parsed<T> = Result<T, Problem>;
 
 /// CIE XYZ to linear RGB of Radiance's primaries (0.640, 0.330), (0.290, 0.600), (0.150, 0.060) and
 /// its white (0.3333, 0.3333).
@@ -70,7 +70,7 @@ struct Order {
     pixels: usize,
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Decoded<Picture> {
+pub(super) fn decode(bytes: &[u8]) -> Parsed<Picture> {
     let header = header(bytes)?;
     let (order, start) = order(bytes, header.end)?;
     let (width, height) = if order.rows {
@@ -132,7 +132,7 @@ fn radiance([a, b, c, exponent]: [u8; 4]) -> [f64; 3] {
 }
 
 /// One line of text, without its end, and what follows.
-fn line(bytes: &[u8], start: usize) -> Decoded<(&str, usize)> {
+fn line(bytes: &[u8], start: usize) -> Parsed<(&str, usize)> {
     let rest = bytes.get(start..).unwrap_or_default();
     let length = rest
         .iter()
@@ -175,7 +175,7 @@ fn ends_header(bytes: &[u8], start: usize) -> bool {
     rest.starts_with(b"\n") || rest.starts_with(b"\r\n")
 }
 
-fn header(bytes: &[u8]) -> Decoded<Header> {
+fn header(bytes: &[u8]) -> Parsed<Header> {
     let mut header = Header {
         xyz: false,
         scale: [1.0; 3],
@@ -258,7 +258,7 @@ fn numbers<const N: usize>(value: &str) -> Option<[f64; N]> {
 }
 
 /// The positive numbers of an EXPOSURE or COLORCORR line.
-fn factors<const N: usize>(key: &str, value: &str) -> Decoded<[f64; N]> {
+fn factors<const N: usize>(key: &str, value: &str) -> Parsed<[f64; N]> {
     numbers(value)
         .filter(|numbers: &[f64; N]| numbers.iter().all(|n| n.is_finite() && *n > 0.0))
         .ok_or_else(|| {
@@ -278,7 +278,7 @@ fn factors<const N: usize>(key: &str, value: &str) -> Decoded<[f64; N]> {
 }
 
 /// The resolution string: `-Y height +X width` and its seven other orders.
-fn order(bytes: &[u8], start: usize) -> Decoded<(Order, usize)> {
+fn order(bytes: &[u8], start: usize) -> Parsed<(Order, usize)> {
     let (text, next) = line(bytes, start)?;
     let wrong = || Problem::corrupt(format!("its size reads {text:?}"));
     let words: Vec<&str> = text.split_whitespace().collect();
@@ -306,7 +306,7 @@ fn order(bytes: &[u8], start: usize) -> Decoded<(Order, usize)> {
     Ok((order, next))
 }
 
-fn take<'a>(rest: &mut &'a [u8], count: usize) -> Decoded<&'a [u8]> {
+fn take<'a>(rest: &mut &'a [u8], count: usize) -> Parsed<&'a [u8]> {
     let (taken, left) = rest
         .split_at_checked(count)
         .ok_or_else(Problem::truncated)?;
@@ -315,7 +315,7 @@ fn take<'a>(rest: &mut &'a [u8], count: usize) -> Decoded<&'a [u8]> {
 }
 
 /// Appends the pixels of one scan line.
-fn scan_line(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded<()> {
+fn scan_line(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Parsed<()> {
     // The present run-length encoding marks each line with 2, 2 and its length, which no valid
     // pixel is.
     if let [2, 2, high, low, left @ ..] = *rest
@@ -335,7 +335,7 @@ fn scan_line(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded<
 
 /// The four components of a line one after the other, each in runs (a count above 128) and
 /// literals.
-fn components(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded<()> {
+fn components(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Parsed<()> {
     // A file can hold a line in no fewer bytes than this, so a short file cannot ask for memory.
     if rest.len() < 8 * count.div_ceil(127) {
         return Err(Problem::truncated());
@@ -365,7 +365,7 @@ fn components(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded
 
 /// Pixels of four bytes; 1, 1, 1, n repeats the last pixel n times, times 256 for each such pixel
 /// before it.
-fn flat_or_old(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Decoded<()> {
+fn flat_or_old(rest: &mut &[u8], count: usize, out: &mut Vec<[u8; 4]>) -> Parsed<()> {
     let end = out.len() + count;
     let first = out.len();
     let mut shift = 0;

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::EnvironmentMap;
 use crate::error::check_length;
+use crate::numeric::bilinear;
 use crate::sphere::Mapping;
 use crate::{Error, Result};
 
@@ -244,24 +245,10 @@ impl Projected {
     fn at(&self, direction: DVec3) -> Option<[f64; 3]> {
         let (u, v) = self.mapping.position(direction);
         let (x, y) = (u * self.width as f64 - 0.5, v * self.height as f64 - 0.5);
-        let (left, above) = (x.floor(), y.floor());
-        let (fx, fy) = (x - left, y - above);
-        let mut sum = [0.0; 3];
-        let mut total = 0.0;
-        for (dx, wx) in [(0.0, 1.0 - fx), (1.0, fx)] {
-            for (dy, wy) in [(0.0, 1.0 - fy), (1.0, fy)] {
-                let column = (left + dx).clamp(0.0, (self.width - 1) as f64) as usize;
-                let row = (above + dy).clamp(0.0, (self.height - 1) as f64) as usize;
-                let pixel = self.pixels[row * self.width + column];
-                if !pixel[0].is_nan() {
-                    total += wx * wy;
-                    for (sum, value) in sum.iter_mut().zip(pixel) {
-                        *sum += wx * wy * value;
-                    }
-                }
-            }
-        }
-        (total > 0.0).then(|| sum.map(|sum| sum / total))
+        bilinear::mean(bilinear::corners(self.width, self.height, x, y), |index| {
+            let pixel = self.pixels[index];
+            (!pixel[0].is_nan()).then_some(pixel)
+        })
     }
 }
 

@@ -226,8 +226,7 @@ impl FinishModel {
 
 /// The place of a finish among the outputs.
 pub(super) fn class(finish: Option<Finish>) -> usize {
-    let place = finish.and_then(|finish| Finish::ALL.iter().position(|other| *other == finish));
-    place.unwrap_or(Outputs::FINISHES - 1)
+    finish.map_or(Outputs::FINISHES - 1, Finish::index)
 }
 
 /// The mean and the standard deviation of each statistic.

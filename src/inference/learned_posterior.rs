@@ -83,7 +83,7 @@ pub struct LearnedPosterior {
     judged: Vec<bool>,
     scenes: Scenes,
     centre: DVector<f64>,
-    moments: Vec<Moments>,
+    moments: Vec<DesignMoments>,
     shares: Vec<f64>,
     sigmas: Vec<f64>,
     /// φ at every point of the grid, row by row.
@@ -91,7 +91,7 @@ pub struct LearnedPosterior {
 }
 
 #[derive(Debug, Clone)]
-struct Moments {
+struct DesignMoments {
     /// Σ φ φᵀ.
     design: DMatrix<f64>,
     /// Σ φ xᵀ.
@@ -208,7 +208,7 @@ impl LearnedPosterior {
                 let width = functions(samples[0].truth).len();
                 let design = DMatrix::from_fn(width, of.len(), |row, i| designs[i][row]);
                 let rows = DMatrix::from_fn(size, of.len(), |row, i| features[of[i]][row]);
-                Moments {
+                DesignMoments {
                     cross: &design * rows.transpose(),
                     squares: &rows * rows.transpose(),
                     count: of.len() as f64,

@@ -3,6 +3,7 @@
 use super::network::Network;
 use super::reading::LogReader;
 use crate::illumination::Luminance;
+use crate::numeric::bilinear;
 use crate::picture::{Circle, Picture, Sphere};
 use crate::reflection::Viewpoint;
 use crate::{Error, Result};
@@ -173,23 +174,12 @@ fn codes(picture: &Picture, circle: Circle) -> Result<Vec<u8>> {
     // So many points of a picture's pixel each way as it has pixels of the photograph, but no more
     // than eight: sixty-four of them, each between four pixels, have little noise.
     let points = (pitch.ceil() as usize + 1).clamp(2, 8);
-    let last = |length: usize| length as f64 - 1.001;
-    // Bilinear, with what is at the edge of the photograph continued beyond it.
+    // What is at the edge of the photograph is continued beyond it.
     let sample = |x: f64, y: f64| -> [f64; 3] {
-        let (x, y) = (
-            (x - 0.5).clamp(0.0, last(width).max(0.0)),
-            (y - 0.5).clamp(0.0, last(height).max(0.0)),
-        );
-        let (left, top) = (x as usize, y as usize);
-        let (right, below) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
-        let (fx, fy) = (x - left as f64, y - top as f64);
-        let at = |row, column| picture.get(row, column).unwrap_or_default();
-        let corners = [
-            (at(top, left), (1.0 - fy) * (1.0 - fx)),
-            (at(top, right), (1.0 - fy) * fx),
-            (at(below, left), fy * (1.0 - fx)),
-            (at(below, right), fy * fx),
-        ];
+        let corners = bilinear::corners(width, height, x - 0.5, y - 0.5).map(|(index, weight)| {
+            let rgb = picture.get(index / width, index % width);
+            (rgb.unwrap_or_default(), weight)
+        });
         std::array::from_fn(|c| corners.iter().map(|(rgb, w)| rgb[c] * w).sum())
     };
     let mut pixels: Vec<[f64; 3]> = (0..SIDE * SIDE)

@@ -9,8 +9,10 @@
 //! | `sincospi` | sine and cosine of a part of a turn | 6·10⁻¹⁶ absolute |
 //! | `quadrature` | Gauss–Legendre, Fejér, Clenshaw–Curtis | the last bit of nodes and weights |
 //! | `sixteen_points` | the Gauss–Legendre rule of sixteen nodes on (0, 1) | the same |
+//! | `bilinear` | interpolation among four values | a few rounding errors |
 //! | `golden_section` | the minimum of a function of one variable | its root of the rounding |
 
+pub(crate) mod bilinear;
 pub(crate) mod double_double;
 pub(crate) mod exponential;
 pub(crate) mod golden_section;

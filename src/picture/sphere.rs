@@ -6,6 +6,7 @@ use super::circle::Circle;
 use super::outline;
 use super::picture::Picture;
 use crate::illumination::Luminance;
+use crate::numeric::bilinear;
 use crate::reflection::{Camera, SphereImage};
 use crate::{Error, Result};
 
@@ -219,32 +220,14 @@ impl Picture {
     /// Bilinear among the pixels that `counts` (column, row) lets count, with the picture's edge
     /// continued; the nearest where none does.
     fn interpolate(&self, x: f64, y: f64, counts: impl Fn(usize, usize) -> bool) -> [f64; 3] {
-        let clamp = |v: f64, length: usize| v.clamp(0.0, (length - 1) as f64);
-        let (x, y) = (clamp(x - 0.5, self.width), clamp(y - 0.5, self.height));
-        let (left, top) = (x as usize, y as usize);
-        let (fx, fy) = (x - left as f64, y - top as f64);
-        let (mut sum, mut total) = ([0.0; 3], 0.0);
-        for (dy, wy) in [(0, 1.0 - fy), (1, fy)] {
-            for (dx, wx) in [(0, 1.0 - fx), (1, fx)] {
-                let (column, row) = (
-                    (left + dx).min(self.width - 1),
-                    (top + dy).min(self.height - 1),
-                );
-                if wx * wy > 0.0 && counts(column, row) {
-                    let rgb = self.pixels.at(row * self.width + column);
-                    for channel in 0..3 {
-                        sum[channel] += wx * wy * rgb[channel];
-                    }
-                    total += wx * wy;
-                }
-            }
-        }
-        if total > 0.0 {
-            return sum.map(|sum| sum / total);
-        }
-        let (column, row) = (x.round() as usize, y.round() as usize);
-        self.pixels
-            .at(row.min(self.height - 1) * self.width + column.min(self.width - 1))
+        let corners = bilinear::corners(self.width, self.height, x - 0.5, y - 0.5);
+        let value = |index: usize| {
+            counts(index % self.width, index / self.width).then(|| self.pixels.at(index))
+        };
+        bilinear::mean(corners, value).unwrap_or_else(|| {
+            let nearest = corners.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+            self.pixels.at(nearest.map_or(0, |(index, _)| index))
+        })
     }
 }
 

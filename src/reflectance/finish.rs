@@ -50,6 +50,16 @@ impl Finish {
     /// since the pixels themselves are as wide.
     pub const ROUGH: f64 = 0.02;
 
+    /// Its place in [`ALL`](Self::ALL).
+    ///
+    /// ```
+    /// use lobes::reflectance::Finish;
+    /// assert_eq!(Finish::ALL[Finish::RoughMetal.index()], Finish::RoughMetal);
+    /// ```
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
     /// The name that `FromStr` reads.
     ///
     /// ```

@@ -31,7 +31,7 @@ pub const MAX_INDEX: f64 = 100.0;
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
-    serde(try_from = "Stored", rename_all = "snake_case")
+    serde(try_from = "StoredFresnel", rename_all = "snake_case")
 )]
 pub enum Fresnel {
     /// The same at every angle, in [0, 1]. Of 1 it is the white furnace of a lobe.
@@ -62,7 +62,7 @@ pub enum Fresnel {
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Stored {
+enum StoredFresnel {
     Constant(f64),
     Schlick { normal: f64 },
     Dielectric { index: f64 },
@@ -70,15 +70,15 @@ enum Stored {
 }
 
 #[cfg(feature = "serde")]
-impl TryFrom<Stored> for Fresnel {
+impl TryFrom<StoredFresnel> for Fresnel {
     type Error = Error;
 
-    fn try_from(stored: Stored) -> Result<Self> {
+    fn try_from(stored: StoredFresnel) -> Result<Self> {
         let fresnel = match stored {
-            Stored::Constant(value) => Self::Constant(value),
-            Stored::Schlick { normal } => Self::Schlick { normal },
-            Stored::Dielectric { index } => Self::Dielectric { index },
-            Stored::Conductor { index, extinction } => Self::Conductor { index, extinction },
+            StoredFresnel::Constant(value) => Self::Constant(value),
+            StoredFresnel::Schlick { normal } => Self::Schlick { normal },
+            StoredFresnel::Dielectric { index } => Self::Dielectric { index },
+            StoredFresnel::Conductor { index, extinction } => Self::Conductor { index, extinction },
         };
         fresnel.check()?;
         Ok(fresnel)

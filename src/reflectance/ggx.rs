@@ -49,7 +49,7 @@ pub const MIN_ALPHA: f64 = 0.001;
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
-    serde(try_from = "Stored", into = "Stored")
+    serde(try_from = "StoredGgx", into = "StoredGgx")
 )]
 pub struct Ggx {
     alpha: [f64; 2],
@@ -62,22 +62,22 @@ pub struct Ggx {
 /// A lobe as files have it.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
-struct Stored {
+struct StoredGgx {
     alpha: [f64; 2],
     fresnel: Fresnel,
 }
 
 #[cfg(feature = "serde")]
-impl TryFrom<Stored> for Ggx {
+impl TryFrom<StoredGgx> for Ggx {
     type Error = Error;
 
-    fn try_from(stored: Stored) -> Result<Self> {
+    fn try_from(stored: StoredGgx) -> Result<Self> {
         Self::anisotropic(stored.alpha[0], stored.alpha[1], stored.fresnel)
     }
 }
 
 #[cfg(feature = "serde")]
-impl From<Ggx> for Stored {
+impl From<Ggx> for StoredGgx {
     fn from(ggx: Ggx) -> Self {
         Self {
             alpha: ggx.alpha,

@@ -85,7 +85,7 @@ impl From<Roughness> for f64 {
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
-    serde(try_from = "Stored", into = "Stored")
+    serde(try_from = "StoredMaterial", into = "StoredMaterial")
 )]
 pub struct Material {
     name: String,
@@ -97,7 +97,7 @@ pub struct Material {
 /// A material as files have it.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
-struct Stored {
+struct StoredMaterial {
     name: String,
     diffuse: [f64; 3],
     specular: [f64; 3],
@@ -108,10 +108,10 @@ struct Stored {
 }
 
 #[cfg(feature = "serde")]
-impl TryFrom<Stored> for Material {
+impl TryFrom<StoredMaterial> for Material {
     type Error = Error;
 
-    fn try_from(stored: Stored) -> Result<Self> {
+    fn try_from(stored: StoredMaterial) -> Result<Self> {
         let make = if stored.gains_energy {
             Self::from_albedos_gaining_energy
         } else {
@@ -122,7 +122,7 @@ impl TryFrom<Stored> for Material {
 }
 
 #[cfg(feature = "serde")]
-impl From<Material> for Stored {
+impl From<Material> for StoredMaterial {
     fn from(material: Material) -> Self {
         Self {
             gains_energy: material.gains_energy().is_some(),

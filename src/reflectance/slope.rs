@@ -138,7 +138,7 @@ pub(super) fn visit(
     for row in 0..rows as usize {
         for &(node, weight) in RULE.iter() {
             let psi = row_height * (row as f64 + node);
-            let row = Row::new(sine, cosine, psi);
+            let row = SlopeRow::new(sine, cosine, psi);
             let weight = weight * row_height * psi.cos() / cosine;
             for (y, weight) in [
                 (row.y, if symmetric { 2.0 * weight } else { weight }),
@@ -233,7 +233,7 @@ fn trapezoid(
 }
 
 /// One row of the disk.
-struct Row {
+struct SlopeRow {
     y: f64,
     /// The ends of the row.
     left: f64,
@@ -242,7 +242,7 @@ struct Row {
     pole: f64,
 }
 
-impl Row {
+impl SlopeRow {
     fn new(sine: f64, cosine: f64, psi: f64) -> Self {
         let (sin_psi, cos_psi) = psi.sin_cos();
         let y = sin_psi / cosine;

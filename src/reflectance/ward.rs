@@ -46,7 +46,7 @@ pub struct Sample {
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
-    serde(try_from = "Stored", into = "Stored")
+    serde(try_from = "StoredWard", into = "StoredWard")
 )]
 pub struct Ward {
     variant: Variant,
@@ -61,22 +61,22 @@ pub struct Ward {
 /// A lobe as files have it.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
-struct Stored {
+struct StoredWard {
     variant: Variant,
     sigma: [f64; 2],
 }
 
 #[cfg(feature = "serde")]
-impl TryFrom<Stored> for Ward {
+impl TryFrom<StoredWard> for Ward {
     type Error = Error;
 
-    fn try_from(stored: Stored) -> Result<Self> {
+    fn try_from(stored: StoredWard) -> Result<Self> {
         Self::anisotropic(stored.variant, stored.sigma[0], stored.sigma[1])
     }
 }
 
 #[cfg(feature = "serde")]
-impl From<Ward> for Stored {
+impl From<Ward> for StoredWard {
     fn from(ward: Ward) -> Self {
         Self {
             variant: ward.variant,

@@ -2,6 +2,7 @@
 
 use super::Camera;
 use crate::error::check_length;
+use crate::numeric::bilinear;
 use crate::{Error, Result};
 
 /// A square picture of a sphere in linear RGB; pixels whose centre misses the sphere hold nothing.
@@ -68,6 +69,15 @@ impl SphereImage {
         }
         let pixel = self.pixels[row * self.size + column];
         (!pixel[0].is_nan()).then_some(pixel)
+    }
+
+    /// Between pixels, bilinear among those of the four neighbours that show the sphere; none where
+    /// none does. `x` counts columns and `y` rows from the centre of the first pixel.
+    pub(crate) fn interpolate(&self, x: f64, y: f64) -> Option<[f64; 3]> {
+        bilinear::mean(bilinear::corners(self.size, self.size, x, y), |index| {
+            let pixel = self.pixels[index];
+            (!pixel[0].is_nan()).then_some(pixel)
+        })
     }
 
     /// The pixels of the sphere as (row, column, value), row by row.

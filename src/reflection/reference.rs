@@ -278,7 +278,7 @@ impl<'a> Integral<'a> {
         }
         edges.sort_by(f64::total_cmp);
         let density = allowed / (end - start);
-        let row = Row::at(self.map, theta);
+        let row = MapRow::at(self.map, theta);
         for pair in edges.windows(2) {
             let middle = 0.5 * (pair[0] + pair[1]);
             let (origin, left, right) = row.between(middle);
@@ -305,7 +305,7 @@ impl<'a> Integral<'a> {
 
 /// A map along a circle of latitude: [`EnvironmentMap::radiance`] without its search for the pixels
 /// about a direction, which would be most of the time.
-struct Row<'a> {
+struct MapRow<'a> {
     map: &'a EnvironmentMap,
     /// The rows on either side, and by how many columns they are turned.
     above: (usize, usize),
@@ -313,7 +313,7 @@ struct Row<'a> {
     fraction: f64,
 }
 
-impl<'a> Row<'a> {
+impl<'a> MapRow<'a> {
     fn at(map: &'a EnvironmentMap, theta: f64) -> Self {
         let (height, half_turn) = (map.height(), map.width() / 2);
         let place = theta * height as f64 / PI - 0.5;

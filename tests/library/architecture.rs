@@ -272,19 +272,72 @@ fn no_row_allows_what_nobody_uses() {
     );
 }
 
-#[test]
-fn files_do_not_import_each_other_in_circles() {
-    for src in ["src", "experiments/src", "contracts/src", "cli/src"] {
-        let src = root().join(src);
-        // A package holds the library alone.
-        if !src.exists() {
-            continue;
+/// The sources of every crate of the workspace that stand here: a package holds the library alone.
+fn sources() -> impl Iterator<Item = PathBuf> {
+    let crates = ["", "experiments", "contracts", "cli", "python"];
+    let sources = crates.map(|name| root().join(name).join("src"));
+    sources.into_iter().filter(|src| src.exists())
+}
+
+/// What the folders of a crate's `src`, and the files beside them, use of each other.
+fn edges_between_folders(
+    edges: &BTreeMap<Module, BTreeSet<Module>>,
+) -> BTreeMap<Module, BTreeSet<Module>> {
+    let mut folders: BTreeMap<Module, BTreeSet<Module>> = BTreeMap::new();
+    for (from, targets) in edges {
+        for target in targets {
+            if from[0] != target[0] {
+                let of = folders.entry(vec![from[0].clone()]).or_default();
+                of.insert(vec![target[0].clone()]);
+            }
         }
+    }
+    folders
+}
+
+#[test]
+fn files_and_folders_do_not_import_each_other_in_circles() {
+    for src in sources() {
         let edges = edges(&src);
         assert!(edges.len() > 3, "{} has no imports", src.display());
-        if let Some(found) = circle(&edges) {
-            let names: Vec<String> = found.iter().map(|module| module.join("::")).collect();
-            panic!("{}: {}", src.display(), names.join(" → "));
+        for edges in [&edges_between_folders(&edges), &edges] {
+            if let Some(found) = circle(edges) {
+                let names: Vec<String> = found.iter().map(|module| module.join("::")).collect();
+                panic!("{}: {}", src.display(), names.join(" → "));
+            }
+        }
+    }
+}
+
+/// A reader who has met a name in a folder knows which type it is.
+#[test]
+fn no_folder_has_two_types_of_one_name() {
+    for src in sources() {
+        let mut places: BTreeMap<(PathBuf, String), PathBuf> = BTreeMap::new();
+        for path in files(&src).into_values() {
+            for line in code(&path).lines() {
+                let line = line.strip_prefix("pub ").unwrap_or(line);
+                let line = match line.strip_prefix("pub(") {
+                    Some(rest) => rest.split_once(") ").map_or("", |(_, line)| line),
+                    None => line,
+                };
+                let kinds = ["struct ", "enum ", "trait ", "type "];
+                let Some(rest) = kinds.iter().find_map(|kind| line.strip_prefix(kind)) else {
+                    continue;
+                };
+                let name: String = rest
+                    .chars()
+                    .take_while(|c| c.is_alphanumeric() || *c == '_')
+                    .collect();
+                let folder = path.parent().unwrap().to_owned();
+                let first = places.entry((folder, name)).or_insert_with(|| path.clone());
+                assert!(
+                    *first == path,
+                    "{} and {} both have the type of {line}",
+                    first.display(),
+                    path.display()
+                );
+            }
         }
     }
 }
@@ -305,4 +358,21 @@ fn circles_are_seen() {
     write("c.rs", "pub struct C;\nfn f() { crate::a::g() }\n");
     let found = circle(&edges(folder.path())).unwrap();
     assert_eq!(found, [["a"], ["b"], ["c"]]);
+}
+
+/// So does it where two folders use each other through different files.
+#[test]
+fn circles_of_folders_are_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a", "b"] {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("a/mod.rs", "pub mod low;\npub mod high;\n");
+    write("a/low.rs", "pub struct Low;\n");
+    write("a/high.rs", "use crate::b::B;\npub struct High(B);\n");
+    write("b/mod.rs", "use crate::a::low::Low;\npub struct B(Low);\n");
+    let edges = edges(folder.path());
+    assert_eq!(circle(&edges), None);
+    assert!(circle(&edges_between_folders(&edges)).is_some());
 }

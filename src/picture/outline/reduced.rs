@@ -1,6 +1,7 @@
 //! A picture made smaller.
 
 use super::Circle;
+use crate::numeric::bilinear;
 use crate::picture::Picture;
 
 /// The means of squares of pixels.
@@ -71,17 +72,9 @@ impl Reduced {
 
     /// Bilinear, with the border continued.
     pub(super) fn at(&self, x: f64, y: f64) -> [f64; 3] {
-        let within = |v: f64, length: usize| (v - 0.5).clamp(0.0, (length - 1) as f64);
-        let (x, y) = (within(x, self.width), within(y, self.height));
-        let (left, top) = (x as usize, y as usize);
-        let (u, v) = (x - left as f64, y - top as f64);
-        let right = (left + 1).min(self.width - 1);
-        let rows = [top, (top + 1).min(self.height - 1)].map(|row| row * self.width);
-        let corners = rows.map(|row| [self.values[row + left], self.values[row + right]]);
-        std::array::from_fn(|c| {
-            let [above, below] = corners.map(|[a, b]| (1.0 - u) * a[c] + u * b[c]);
-            (1.0 - v) * above + v * below
-        })
+        let corners = bilinear::corners(self.width, self.height, x - 0.5, y - 0.5);
+        let [a, b, c, d] = corners.map(|(index, weight)| (self.values[index], weight));
+        std::array::from_fn(|i| a.1 * a.0[i] + b.1 * b.0[i] + c.1 * c.0[i] + d.1 * d.0[i])
     }
 }
 
