@@ -30,6 +30,12 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
     }
 }
 
+/// a_l = √((4l² − 1)/(l² − m²)), by which P̄_lm = a_l (cos θ P̄_(l−1)m − P̄_(l−2)m / a_(l−1)).
+pub(crate) fn step(l: usize, m: usize) -> f64 {
+    let l2 = (l * l) as f64;
+    ((4.0 * l2 - 1.0) / (l2 - (m * m) as f64)).sqrt()
+}
+
 /// P̄_lm(cos θ) for l = m … `degree`, the factor of [Y_l^m](super) that depends on θ: √2 included
 /// for m > 0.
 ///
@@ -84,7 +90,6 @@ pub fn column(m: usize, degree: usize, cos: f64, sin: f64, out: &mut [f64]) -> R
             }
         }
     }
-    let m2 = (m as f64) * (m as f64);
     let (mut before, mut previous_a) = (0.0, 1.0);
     for (l, value) in (m..=degree).zip(out.iter_mut()) {
         *value = match steps {
@@ -92,8 +97,7 @@ pub fn column(m: usize, degree: usize, cos: f64, sin: f64, out: &mut [f64]) -> R
             1 => p * SMALL * SMALL,
             _ => 0.0,
         };
-        let l1 = (l + 1) as f64;
-        let a = ((4.0 * l1 * l1 - 1.0) / (l1 * l1 - m2)).sqrt();
+        let a = step(l + 1, m);
         let next = a * (cos * p - before / previous_a);
         before = p;
         p = next;

@@ -16,7 +16,6 @@ mod kernel;
 mod light_tree;
 mod operator;
 mod operator_lobe;
-mod operator_rotation;
 mod operator_table;
 mod pyramid;
 mod reference;

@@ -3,20 +3,17 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
+use glam::DQuat;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::operator_lobe::{NODES, lobe_coefficients};
-use super::operator_rotation::{Rotation, column_start, cosine_harmonics};
 use crate::error::{Error, Result, check_finite, check_length};
-use crate::harmonics::Coefficients;
+use crate::harmonics::{Coefficients, Rotation, legendre};
 use crate::parallelism::Parallelism;
-use crate::reflectance::Variant;
+use crate::reflectance::{Variant, lambert};
 use crate::sphere::Rule;
-
-/// Rings that are worked on together: enough for the inner loops, few enough for many threads.
-const BLOCK: usize = 16;
 
 /// Where the camera stands: on the axis of the view, at which distance.
 ///
@@ -214,7 +211,7 @@ impl Operator {
             degree,
             rings: rings.to_vec(),
             specular: Vec::new(),
-            diffuse: Arc::new(diffuse(degree, rings)),
+            diffuse: Arc::new(diffuse(degree, rings)?),
         };
         bare.with_roughness(variant, sigma, viewpoint, parallelism)
     }
@@ -240,29 +237,36 @@ impl Operator {
                 .iter()
                 .map(|&theta| theta + viewpoint.view_angle(theta))
                 .collect();
-            cosine_harmonics(degree, &mirrored)
+            cosine_harmonics(degree, &mirrored)?
         } else {
-            let rotation = Rotation::new(degree);
+            let rotation = Rotation::new(degree)?;
             let panel = Rule::gauss_legendre(NODES)?;
-            let blocks: Vec<&[f64]> = rings.chunks(BLOCK).collect();
-            let parts = parallelism.map(blocks.len(), |block| {
-                let rings = blocks[block];
-                let mut source = vec![0.0; column_start(degree, degree + 1) * rings.len()];
-                for (r, &theta) in rings.iter().enumerate() {
-                    let lobe = lobe_coefficients(
-                        variant,
-                        sigma,
-                        viewpoint.view_angle(theta),
-                        degree,
-                        &panel,
-                    );
-                    for (i, value) in lobe.into_iter().enumerate() {
-                        source[i * rings.len() + r] = value;
+            let turned = parallelism.map(rings.len(), |ring| {
+                let theta = rings[ring];
+                let angle = viewpoint.view_angle(theta);
+                let columns = lobe_coefficients(variant, sigma, angle, degree, &panel);
+                let mut lobe = Coefficients::zeros(degree);
+                let mut columns = columns.iter();
+                for m in 0..=degree {
+                    for (value, of_lobe) in lobe.cosine_mut(m).iter_mut().zip(&mut columns) {
+                        *value = *of_lobe;
                     }
                 }
-                rotation.turn(rings, &source)
+                // From the normal's own frame onto the axis: +z turns towards +x.
+                let onto_the_axis = DQuat::from_rotation_y(theta);
+                rotation.rotate(&lobe, onto_the_axis, Parallelism::Sequential)
             });
-            interleave(&parts, rings.len())
+            let mut specular = vec![0.0; self.diffuse.len()];
+            for (ring, turned) in turned.into_iter().enumerate() {
+                let turned = turned?;
+                for m in 0..=degree {
+                    let start = column_start(degree, m);
+                    for (i, value) in turned.cosine(m).iter().enumerate() {
+                        specular[(start + i) * rings.len() + ring] = *value;
+                    }
+                }
+            }
+            specular
         };
         Ok(Self {
             degree,
@@ -533,10 +537,34 @@ fn check_rings(viewpoint: Viewpoint, rings: &[f64]) -> Result<()> {
     Ok(())
 }
 
+/// Where column m starts among columns that hold l = m … degree each.
+fn column_start(degree: usize, m: usize) -> usize {
+    m * (2 * degree + 3 - m) / 2
+}
+
+/// P̄_lm(cos `θ_r`), the harmonics of azimuth 0, as [`Operator`] stores them.
+fn cosine_harmonics(degree: usize, angles: &[f64]) -> Result<Vec<f64>> {
+    let rings = angles.len();
+    let mut values = vec![0.0; column_start(degree, degree + 1) * rings];
+    let mut column = vec![0.0; degree + 1];
+    for (r, angle) in angles.iter().enumerate() {
+        let (sine, cosine) = angle.sin_cos();
+        for m in 0..=degree {
+            let column = &mut column[m..];
+            legendre::column(m, degree, cosine, sine, column)?;
+            let start = column_start(degree, m);
+            for (i, value) in column.iter().enumerate() {
+                values[(start + i) * rings + r] = *value;
+            }
+        }
+    }
+    Ok(values)
+}
+
 /// `A_l Y_lm(θ, 0)/π`.
-fn diffuse(degree: usize, rings: &[f64]) -> Vec<f64> {
-    let mut values = cosine_harmonics(degree, rings);
-    let clamped = clamped_cosine(degree);
+fn diffuse(degree: usize, rings: &[f64]) -> Result<Vec<f64>> {
+    let mut values = cosine_harmonics(degree, rings)?;
+    let clamped = lambert::transfers(degree)?;
     for m in 0..=degree {
         let start = column_start(degree, m) * rings.len();
         for (i, transfer) in clamped[m..].iter().enumerate() {
@@ -546,44 +574,9 @@ fn diffuse(degree: usize, rings: &[f64]) -> Vec<f64> {
             }
         }
     }
-    values
+    Ok(values)
 }
 
-/// `A_l = 2π ∫ x P_l(x) dx` over 0 … 1: π, 2π/3, π/4, 0, and `A_(l+2) = −A_l (l − 1)/(l + 4)` for
-/// even l.
-fn clamped_cosine(degree: usize) -> Vec<f64> {
-    let mut values = vec![0.0; degree + 1];
-    let mut even = PI / 4.0;
-    for (l, value) in values.iter_mut().enumerate() {
-        *value = match l {
-            0 => PI,
-            1 => 2.0 * PI / 3.0,
-            l if l % 2 == 1 => 0.0,
-            l => {
-                let this = even;
-                even *= -((l - 1) as f64) / (l + 4) as f64;
-                this
-            }
-        };
-    }
-    values
-}
-
-/// Joins blocks of rings, each stored with its rings innermost, into one with all rings innermost.
-fn interleave(parts: &[Vec<f64>], rings: usize) -> Vec<f64> {
-    let Some(first) = parts.first() else {
-        return Vec::new();
-    };
-    let rows = first.len() / rings.min(BLOCK);
-    let mut joined = Vec::with_capacity(rows * rings);
-    for row in 0..rows {
-        for part in parts {
-            let count = part.len() / rows;
-            joined.extend_from_slice(&part[row * count..(row + 1) * count]);
-        }
-    }
-    joined
-}
 /// Of light to `degree`: long enough, finite, and nowhere below 0.
 pub(crate) fn check_spectrum(spectrum: &[f64], degree: usize) -> Result<()> {
     check_length("the spectrum of the light", degree + 1, spectrum.len())?;

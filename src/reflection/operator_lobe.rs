@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
+use crate::harmonics::legendre;
 use crate::reflectance::Variant;
 use crate::sphere::Rule;
 
@@ -115,12 +116,9 @@ fn project(nodes: &[Node], weights: &[f64], degree: usize, columns: &mut [f64]) 
         start += column.len();
         for (l, value) in (m..).zip(column) {
             *value = dot(weights, &now);
-            // P̄_(l+1)m = a (x P̄_lm − b P̄_(l−1)m), the three-term recurrence of the orthonormal
-            // functions.
-            let next = ((l + 1) * (l + 1) - m * m) as f64;
-            let a = ((2 * l + 1) as f64 * (2 * l + 3) as f64 / next).sqrt();
+            let a = legendre::step(l + 1, m);
             let b = if l > m {
-                (((l * l - m * m) as f64) / ((2 * l - 1) as f64 * (2 * l + 1) as f64)).sqrt()
+                legendre::step(l, m).recip()
             } else {
                 0.0
             };
