@@ -138,7 +138,7 @@ impl Viewpoint {
 /// modified Bessel functions in the normal's own frame, turned onto the axis by Wigner's d.
 ///
 /// **Accuracy**: `|T_lm(θ)|` within 1e-10 of the reflection integral for σ in [1e-3, 1], θ to 1e-4 of the limb and
-/// degrees to [`Operator::DEGREE_LIMIT`]; `tests/operator.rs` holds it to an independent
+/// degrees to [`Operator::DEGREE_LIMIT`]; `contracts/tests/operator.rs` holds it to an independent
 /// quadrature.
 ///
 /// ```
