@@ -16,6 +16,7 @@ mod table;
 mod basis;
 mod beckmann;
 mod colorimetry;
+mod complex;
 mod convention;
 mod convolution;
 mod evaluation;
@@ -34,6 +35,7 @@ mod sphere;
 mod transform;
 mod view_operator;
 mod ward_mitsuba;
+mod wigner;
 
 pub use measurement::{Measurement, Tally};
 pub use metric::Metric;
@@ -133,6 +135,8 @@ pub fn contracts() -> Vec<Contract> {
         transform::contracts(),
         convolution::contracts(),
         rotation::contracts(),
+        wigner::contracts(),
+        complex::contracts(),
         convention::contracts(),
         invariance::contracts(),
         reflectance::contracts(),

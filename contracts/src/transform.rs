@@ -95,6 +95,28 @@ pub(super) fn contracts() -> Vec<Contract> {
             measure: many_analysis,
         },
         Contract {
+            id: "transform/adjoint-synthesis",
+            function: "harmonics::Transform::synthesise_adjoint",
+            oracle: Oracle::Identity("⟨S f, y⟩ = ⟨f, S† y⟩"),
+            domain: ADJOINTS,
+            metric: Metric::Scaled("the product of the lengths of both sides"),
+            bound: 2e-16,
+            why: "sums of some 10³ products of random signs in another order",
+            loose: None,
+            measure: adjoint_synthesis,
+        },
+        Contract {
+            id: "transform/adjoint-analysis",
+            function: "harmonics::Transform::analyse_adjoint",
+            oracle: Oracle::Identity("⟨A y, f⟩ = ⟨y, A† f⟩"),
+            domain: ADJOINTS,
+            metric: Metric::Scaled("the product of the lengths of both sides"),
+            bound: 2e-16,
+            why: "as above",
+            loose: None,
+            measure: adjoint_analysis,
+        },
+        Contract {
             id: "transform/power",
             function: "harmonics::{average_power, cross_power}",
             oracle: ORACLE,
@@ -107,6 +129,8 @@ pub(super) fn contracts() -> Vec<Contract> {
         },
     ]
 }
+
+const ADJOINTS: &str = "white noise on both sides, degrees 9 … 32: Gauss–Legendre, Fejér and Clenshaw–Curtis rings, in weights and along meridians, of even and odd number";
 
 #[derive(Deserialize)]
 struct Shape {
@@ -320,6 +344,55 @@ fn many_analysis(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
                 });
             }
         }
+    }
+    Ok(())
+}
+
+/// Grids with a degree each, and white noise for both sides.
+fn adjoints() -> Result<Vec<(Transform, Coefficients, Vec<f64>)>> {
+    let grids = [
+        (Grid::gauss_legendre(33, 70)?, 32),
+        (Grid::fejer(20, 48)?, 9),
+        (Grid::fejer(21, 48)?, 20),
+        (Grid::clenshaw_curtis(21, 48)?, 10),
+        (Grid::clenshaw_curtis(21, 48)?, 19),
+        (Grid::clenshaw_curtis(22, 64)?, 20),
+    ];
+    let made = grids.into_iter().zip(600..).map(|((grid, degree), seed)| {
+        let map = uniform(seed + 50, grid.len());
+        Ok((Transform::new(&grid, degree)?, noise(degree, seed), map))
+    });
+    made.collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn adjoint_synthesis(_: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for (transform, f, y) in adjoints()? {
+        let (map, set) = (transform.synthesise(&f)?, transform.synthesise_adjoint(&y)?);
+        let scale = (dot(&map, &map) * dot(&y, &y)).sqrt();
+        tally.compare_scaled(
+            dot(f.as_slice(), set.as_slice()),
+            dot(&map, &y),
+            scale,
+            || format!("{:?}", transform.grid().latitudes()),
+        );
+    }
+    Ok(())
+}
+
+fn adjoint_analysis(_: &Snapshots, tally: &mut Tally) -> Result<()> {
+    for (transform, f, y) in adjoints()? {
+        let (map, set) = (transform.analyse_adjoint(&f)?, transform.analyse(&y)?);
+        let scale = (dot(&map, &map) * dot(&y, &y)).sqrt();
+        tally.compare_scaled(
+            dot(f.as_slice(), set.as_slice()),
+            dot(&map, &y),
+            scale,
+            || format!("{:?}", transform.grid().latitudes()),
+        );
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ use super::kernel::{self, Quad};
 use super::recurrence::{LANES, Lanes};
 use super::ring_fft::transpose;
 use super::simd::wide;
-use super::transform::{Plan, load_quad};
+use super::transform::{Plan, Weighing, load_quad};
 use super::work::Rows;
 
 impl Plan {
@@ -34,7 +34,13 @@ impl Plan {
     }
 
     /// Synthesis of eight sets, one after the other, into eight maps.
-    pub(super) fn synthesise_eight(&self, sets: &[f64], maps: &mut [f64], scratch: &mut [Lanes]) {
+    pub(super) fn synthesise_eight(
+        &self,
+        sets: &[f64],
+        maps: &mut [f64],
+        scratch: &mut [Lanes],
+        weighing: Weighing,
+    ) {
         let (columns, rings) = (self.grid.columns(), self.grid.rings());
         let pairs = self.recurrence.octets.len() * LANES;
         let (sums, scratch) = scratch.split_at_mut(self.sums_of_eight());
@@ -42,6 +48,14 @@ impl Plan {
         wide!(self.level, simd => {
             for (m, out) in sums.chunks_exact_mut(pairs).enumerate() {
                 self.synthesise_order_of_eight(simd, m, sets, out, scratch);
+                if weighing == Weighing::Quadrature {
+                    let weights = self.weights.as_flattened();
+                    for (quad, weight) in out.iter_mut().zip(weights) {
+                        for value in quad.as_flattened_mut() {
+                            *value *= weight;
+                        }
+                    }
+                }
             }
             for ring in 0..rings.div_ceil(2) {
                 let mut rows: Rows<&mut [f64]> = Default::default();
@@ -101,7 +115,13 @@ impl Plan {
     }
 
     /// Analysis of eight maps, one after the other, into eight sets.
-    pub(super) fn analyse_eight(&self, maps: &[f64], sets: &mut [f64], scratch: &mut [Lanes]) {
+    pub(super) fn analyse_eight(
+        &self,
+        maps: &[f64],
+        sets: &mut [f64],
+        scratch: &mut [Lanes],
+        weighing: Weighing,
+    ) {
         let (columns, rings) = (self.grid.columns(), self.grid.rings());
         let orders = self.orders + 1;
         let (spectra, scratch) = scratch.split_at_mut(self.sums_of_eight());
@@ -122,7 +142,7 @@ impl Plan {
                 self.analyse_rows(simd, rows, out, scratch);
             }
             for m in 0..orders {
-                self.analyse_order_of_eight(simd, m, spectra, sets, scratch);
+                self.analyse_order_of_eight(simd, m, spectra, sets, scratch, weighing);
             }
         });
     }
@@ -136,6 +156,7 @@ impl Plan {
         spectra: &[Quad],
         sets: &mut [f64],
         scratch: &mut [Lanes],
+        weighing: Weighing,
     ) {
         let orders = self.orders + 1;
         let steps = self.recurrence.steps(m).len();
@@ -147,7 +168,10 @@ impl Plan {
         let parts: &mut [Quad] = parts.as_chunks_mut().0;
         for (pair, parts) in parts.iter_mut().enumerate() {
             let (octet, lane) = (pair / LANES, pair % LANES);
-            let w = self.weights[octet][lane];
+            let w = match weighing {
+                Weighing::Quadrature => self.weights[octet][lane],
+                Weighing::None => 1.0,
+            };
             let wx = f64x8::splat(simd, w * self.recurrence.octets[octet].x[lane]);
             let w = f64x8::splat(simd, w);
             let [nc, ns, sc, ss] = load_quad(simd, &spectra[pair * orders + m]);

@@ -115,10 +115,15 @@ impl Meridian {
                     };
                     let (re, im) = (parts[0][lane], parts[1][lane]);
                     let mirror = self.mirror(ring);
-                    if mirror != ring {
-                        (re * signs).store_array(&mut coarse[mirror][0]);
-                        (im * signs).store_array(&mut coarse[mirror][1]);
+                    let (mirrored_re, mirrored_im) = (re * signs, im * signs);
+                    if mirror == ring {
+                        // A pole is its own mirror image: odd orders vanish there.
+                        ((re + mirrored_re) * 0.5).store_array(&mut coarse[ring][0]);
+                        ((im + mirrored_im) * 0.5).store_array(&mut coarse[ring][1]);
+                        continue;
                     }
+                    mirrored_re.store_array(&mut coarse[mirror][0]);
+                    mirrored_im.store_array(&mut coarse[mirror][1]);
                     re.store_array(&mut coarse[ring][0]);
                     im.store_array(&mut coarse[ring][1]);
                 }

@@ -14,7 +14,9 @@
 
 mod batch_lanes;
 mod coefficients;
+mod complex;
 mod convention;
+mod euler;
 mod kernel;
 pub mod legendre;
 mod meridian;
@@ -26,9 +28,11 @@ mod rotation;
 mod simd;
 mod spectrum;
 mod transform;
+pub mod wigner;
 mod work;
 
 pub use coefficients::{Coefficients, coefficient_count};
+pub use complex::ComplexCoefficients;
 pub use convention::{Convention, Normalisation, Order, Phase};
 pub use partial::{Coupling, MAX_CONDITION, MAX_COUPLING_DEGREE, Mask};
 pub use point::{Basis, MAX_BASIS_DEGREE, evaluate, evaluate_all};

@@ -32,6 +32,13 @@ const POLE: f64 = 1e-140;
 /// How many directions one thread takes at a time.
 const CHUNK: usize = 8 * LANES;
 
+/// How many eights of directions share the sums across lanes in [`Basis::sums_adjoint`].
+const TOGETHER: usize = 4;
+
+/// The parts of [`Basis::sums_adjoint`]: at most so many, and so many values in all of them.
+const MOST_PARTS: usize = 16;
+const PART_VALUES: usize = 1 << 24;
+
 /// All harmonics up to a degree at any directions: a plan, immutable and shared by cloning.
 ///
 /// P̄_lm = α_l p_l with p_{l+1} = a_l cos θ p_l − p_{l−1}, carried as differences: D_{l+1} = D_l +
@@ -56,14 +63,14 @@ struct Tables {
     degree: usize,
     level: Level,
     /// By order, l = m … degree.
-    steps: Vec<Step>,
+    steps: Vec<DegreeStep>,
     starts: Vec<usize>,
     /// P̄_mm / (α_m sin^m θ).
     firsts: Vec<DoubleDouble>,
 }
 
 #[derive(Clone, Copy)]
-struct Step {
+struct DegreeStep {
     a: DoubleDouble,
     /// a − 2.
     excess: DoubleDouble,
@@ -73,7 +80,7 @@ struct Step {
 }
 
 /// Eight directions.
-struct Octet {
+struct EightDirections {
     /// 1 − |cos θ|, high and low.
     y: [Lanes; 2],
     sin: [Lanes; 2],
@@ -159,7 +166,7 @@ impl Basis {
                 // time, which memory takes badly.
                 out.fill(0.0);
                 wide!(tables.level, simd => {
-                    let octet = Octet::new(simd, directions);
+                    let octet = EightDirections::new(simd, directions);
                     if tables.degree <= DOUBLE_DEGREE {
                         tables.write_values::<_, false>(simd, &octet, out);
                     } else {
@@ -213,7 +220,7 @@ impl Basis {
                     values.fill(0.0);
                     gradients.fill(0.0);
                     wide!(tables.level, simd => {
-                        let octet = Octet::new(simd, directions);
+                        let octet = EightDirections::new(simd, directions);
                         if tables.degree <= DOUBLE_DEGREE {
                             tables.write_gradients::<_, false>(simd, &octet, values, gradients);
                         } else {
@@ -247,7 +254,7 @@ impl Basis {
             let directions = &directions[chunk * CHUNK..];
             for (out, directions) in out.chunks_mut(LANES).zip(directions.chunks(LANES)) {
                 let sums = wide!(tables.level, simd => {
-                    let octet = Octet::new(simd, directions);
+                    let octet = EightDirections::new(simd, directions);
                     if tables.degree <= DOUBLE_DEGREE {
                         tables.sum::<_, false>(simd, coefficients, &octet)
                     } else {
@@ -287,7 +294,7 @@ impl Basis {
             let directions = &directions[chunk * CHUNK..];
             for (out, directions) in out.chunks_mut(LANES).zip(directions.chunks(LANES)) {
                 let (octet, [value, theta, phi]) = wide!(tables.level, simd => {
-                    let octet = Octet::new(simd, directions);
+                    let octet = EightDirections::new(simd, directions);
                     let slope = if tables.degree <= DOUBLE_DEGREE {
                         tables.slope::<_, false>(simd, coefficients, &octet)
                     } else {
@@ -315,6 +322,70 @@ impl Basis {
                 "the coefficients",
                 coefficients.as_slice(),
             ))
+        }
+    }
+
+    /// The adjoint of [`sums`](Self::sums): Σ_i y_i Y_l^m(ω_i), all orders.
+    ///
+    /// For every coefficient set c the sum over directions of sums(c) times y is the sum over
+    /// coefficients of c times sums_adjoint(y), to 10⁻¹³ of the product of the two lengths.
+    ///
+    /// ```
+    /// use lobes::{Parallelism, glam::DVec3, harmonics::Basis};
+    /// // Weights on the six directions of the axes, under which degree 1 sums to nothing.
+    /// let axes = [DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z];
+    /// let sums = Basis::new(1)?.sums_adjoint(&[1.0; 6], &axes, Parallelism::Sequential)?;
+    /// assert!((sums.get(0, 0) - 6.0 / (4.0 * std::f64::consts::PI).sqrt()).abs() < 1e-14);
+    /// assert!(sums.as_slice()[1..].iter().all(|value| value.abs() < 1e-15));
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is one value a direction; [`Error::Domain`] for a direction
+    /// of no or of infinite length; [`Error::NotFinite`] where a value is not finite,
+    /// [`Error::Overflow`] where all are and a sum is not.
+    pub fn sums_adjoint(
+        &self,
+        values: &[f64],
+        directions: &[DVec3],
+        parallelism: Parallelism,
+    ) -> Result<Coefficients> {
+        check_length("the values at directions", directions.len(), values.len())?;
+        check_directions(directions)?;
+        let tables = &*self.0;
+        // As many parts whatever the number of threads, so that sums do not depend on it, and of
+        // large sets few, for each part has a set of its own.
+        let parts = (PART_VALUES / self.count()).clamp(1, MOST_PARTS);
+        let length = directions
+            .len()
+            .div_ceil(parts)
+            .next_multiple_of(TOGETHER * LANES);
+        let sums = parallelism.map(directions.len().div_ceil(length.max(1)), |part| {
+            let mut sums = vec![0.0; self.count()];
+            let range = part * length..((part + 1) * length).min(directions.len());
+            let (directions, values) = (&directions[range.clone()], &values[range]);
+            let groups = directions.chunks(TOGETHER * LANES);
+            for (directions, values) in groups.zip(values.chunks(TOGETHER * LANES)) {
+                wide!(tables.level, simd => {
+                    if tables.degree <= DOUBLE_DEGREE {
+                        tables.gather::<_, false>(simd, directions, values, &mut sums);
+                    } else {
+                        tables.gather::<_, true>(simd, directions, values, &mut sums);
+                    }
+                });
+            }
+            sums
+        });
+        let mut total = Coefficients::try_zeros(tables.degree, tables.degree)?;
+        for sums in sums {
+            for (total, value) in total.as_mut_slice().iter_mut().zip(sums) {
+                *total += value;
+            }
+        }
+        if all_finite(total.as_slice()) {
+            Ok(total)
+        } else {
+            Err(not_finite("the sums", "the values", values))
         }
     }
 
@@ -379,9 +450,9 @@ fn check_directions(directions: &[DVec3]) -> Result<()> {
 
 /// α_l α_{l+1} ε_{l+1} = ½, so α² = ¼/(ε² α²) downwards from a value at the top that keeps α from
 /// alternating.
-fn push_steps(m: usize, degree: usize, steps: &mut Vec<Step>) {
+fn push_steps(m: usize, degree: usize, steps: &mut Vec<DegreeStep>) {
     let start = steps.len();
-    let zero = Step {
+    let zero = DegreeStep {
         a: DoubleDouble::ZERO,
         excess: DoubleDouble::ZERO,
         alpha: 0.0,
@@ -398,7 +469,7 @@ fn push_steps(m: usize, degree: usize, steps: &mut Vec<Step>) {
         } else {
             (2 * l + 1) as f64 / (2 * l - 1) as f64
         };
-        steps[start + l - m] = Step {
+        steps[start + l - m] = DegreeStep {
             a,
             excess: a - DoubleDouble::from(2.0),
             alpha: square.hi.sqrt(),
@@ -411,7 +482,7 @@ fn push_steps(m: usize, degree: usize, steps: &mut Vec<Step>) {
     }
 }
 
-impl Octet {
+impl EightDirections {
     /// Up to eight directions; the missing ones are +z.
     #[inline(always)]
     fn new<S: Simd>(simd: S, directions: &[DVec3]) -> Self {
@@ -473,7 +544,8 @@ impl Octet {
 }
 
 /// What goes with the order: sin^m θ, cos mφ and sin mφ.
-struct Orders<S: Simd> {
+#[derive(Clone, Copy)]
+struct OrderFactors<S: Simd> {
     y: WideDouble<S>,
     side: f64x8<S>,
     sin: WideDouble<S>,
@@ -484,9 +556,9 @@ struct Orders<S: Simd> {
     s: WideDouble<S>,
 }
 
-impl<S: Simd> Orders<S> {
+impl<S: Simd> OrderFactors<S> {
     #[inline(always)]
-    fn new(simd: S, octet: &Octet) -> Self {
+    fn new(simd: S, octet: &EightDirections) -> Self {
         let load = |[hi, lo]: &[Lanes; 2]| WideDouble::load(simd, hi, lo);
         Self {
             y: load(&octet.y),
@@ -514,6 +586,7 @@ impl<S: Simd> Orders<S> {
 }
 
 /// The recurrence of one order, degree by degree.
+#[derive(Clone, Copy)]
 struct Column<S: Simd, const EXACT: bool> {
     p: WideDouble<S>,
     d: WideDouble<S>,
@@ -524,7 +597,7 @@ struct Column<S: Simd, const EXACT: bool> {
 
 impl<S: Simd, const EXACT: bool> Column<S, EXACT> {
     #[inline(always)]
-    fn new(simd: S, first: DoubleDouble, orders: &Orders<S>) -> Self {
+    fn new(simd: S, first: DoubleDouble, orders: &OrderFactors<S>) -> Self {
         let mut p = WideDouble::splat(simd, first).times(orders.power);
         if !EXACT {
             p.hi = p.rounded();
@@ -541,7 +614,7 @@ impl<S: Simd, const EXACT: bool> Column<S, EXACT> {
 
     /// The next P̄_lm, or P̄_lm/sin θ where the power is one less.
     #[inline(always)]
-    fn next(&mut self, simd: S, step: &Step) -> f64x8<S> {
+    fn next(&mut self, simd: S, step: &DegreeStep) -> f64x8<S> {
         let sign = self.sign;
         (self.sign, self.other) = (self.other, self.sign);
         if EXACT {
@@ -568,7 +641,7 @@ type Tile<S> = [f64x8<S>; LANES];
 
 /// Rows of `count` values, the first at `offset` and the others `stride` apart, one for each
 /// direction.
-struct Rows<S: Simd> {
+struct ValueRows<S: Simd> {
     offset: usize,
     stride: usize,
     count: usize,
@@ -576,7 +649,7 @@ struct Rows<S: Simd> {
     tail: Tile<S>,
 }
 
-impl<S: Simd> Rows<S> {
+impl<S: Simd> ValueRows<S> {
     #[inline(always)]
     fn new(simd: S, offset: usize, stride: usize, count: usize) -> Self {
         Self {
@@ -642,7 +715,7 @@ fn scaled<S: Simd>(tile: &Tile<S>, factor: f64x8<S>) -> Tile<S> {
 /// A tile of values and one of each component of the gradient.
 #[inline(always)]
 fn put_all<S: Simd>(
-    rows: &mut [Rows<S>; 4],
+    rows: &mut [ValueRows<S>; 4],
     out: &mut [&mut [f64]; 2],
     at: usize,
     tiles: &[Tile<S>; 4],
@@ -690,7 +763,7 @@ impl<S: Simd> Frame<S> {
 }
 
 impl Tables {
-    fn column_steps(&self, m: usize) -> &[Step] {
+    fn column_steps(&self, m: usize) -> &[DegreeStep] {
         &self.steps[self.starts[m]..self.starts[m + 1]]
     }
 
@@ -700,11 +773,16 @@ impl Tables {
 
     /// Every harmonic of eight directions, or of as many as `out` has rows for.
     #[inline(always)]
-    fn write_values<S: Simd, const EXACT: bool>(&self, simd: S, octet: &Octet, out: &mut [f64]) {
+    fn write_values<S: Simd, const EXACT: bool>(
+        &self,
+        simd: S,
+        octet: &EightDirections,
+        out: &mut [f64],
+    ) {
         let count = self.count();
-        let mut rows = Rows::new(simd, 0, count, count);
+        let mut rows = ValueRows::new(simd, 0, count, count);
         let zero = [f64x8::splat(simd, 0.0); LANES];
-        let mut orders = Orders::new(simd, octet);
+        let mut orders = OrderFactors::new(simd, octet);
         for m in 0..=self.degree {
             if m > 0 {
                 orders.turn();
@@ -746,20 +824,20 @@ impl Tables {
     fn write_gradients<S: Simd, const EXACT: bool>(
         &self,
         simd: S,
-        octet: &Octet,
+        octet: &EightDirections,
         values: &mut [f64],
         gradients: &mut [f64],
     ) {
         let count = self.count();
         let zero = [f64x8::splat(simd, 0.0); LANES];
-        let mut orders = Orders::new(simd, octet);
+        let mut orders = OrderFactors::new(simd, octet);
         let sin = orders.sin.rounded();
         let mut out = [values, gradients];
         let mut rows = [
-            Rows::new(simd, 0, count, count),
-            Rows::new(simd, 0, 3 * count, count),
-            Rows::new(simd, count, 3 * count, count),
-            Rows::new(simd, 2 * count, 3 * count, count),
+            ValueRows::new(simd, 0, count, count),
+            ValueRows::new(simd, 0, 3 * count, count),
+            ValueRows::new(simd, count, 3 * count, count),
+            ValueRows::new(simd, 2 * count, 3 * count, count),
         ];
         let cos = (1.0 - orders.y.rounded()) * orders.side;
         let (cos_phi, sin_phi) = (orders.cos_phi.rounded(), orders.sin_phi.rounded());
@@ -833,9 +911,9 @@ impl Tables {
         &self,
         simd: S,
         coefficients: &Coefficients,
-        octet: &Octet,
+        octet: &EightDirections,
     ) -> Lanes {
-        let mut orders = Orders::new(simd, octet);
+        let mut orders = OrderFactors::new(simd, octet);
         let zero = f64x8::splat(simd, 0.0);
         let mut total = zero;
         for m in 0..=coefficients.orders() {
@@ -863,6 +941,66 @@ impl Tables {
         total.into()
     }
 
+    /// Adds Σ y Y_l^m over up to [`TOGETHER`] eights of directions to all sums.
+    #[inline(always)]
+    fn gather<S: Simd, const EXACT: bool>(
+        &self,
+        simd: S,
+        directions: &[DVec3],
+        values: &[f64],
+        sums: &mut [f64],
+    ) {
+        let zero = f64x8::splat(simd, 0.0);
+        let first = EightDirections::new(simd, &directions[..LANES.min(directions.len())]);
+        let mut orders = [OrderFactors::new(simd, &first); TOGETHER];
+        // What is missing counts nothing.
+        let mut weights = [zero; TOGETHER];
+        let eights = directions.chunks(LANES).zip(values.chunks(LANES));
+        for (v, (directions, values)) in eights.enumerate() {
+            orders[v] = OrderFactors::new(simd, &EightDirections::new(simd, directions));
+            let mut lanes = [0.0; LANES];
+            lanes[..values.len()].copy_from_slice(values);
+            weights[v] = f64x8::load_array(simd, lanes);
+        }
+        let mut rest = sums;
+        for m in 0..=self.degree {
+            let (mut cosines, mut sines) = ([zero; TOGETHER], [zero; TOGETHER]);
+            let mut columns = [Column::<S, EXACT>::new(simd, self.firsts[m], &orders[0]); TOGETHER];
+            for v in 0..TOGETHER {
+                if m > 0 {
+                    orders[v].turn();
+                    orders[v].raise();
+                }
+                cosines[v] = weights[v] * orders[v].c.rounded();
+                sines[v] = weights[v] * orders[v].s.rounded();
+                columns[v] = Column::new(simd, self.firsts[m], &orders[v]);
+            }
+            let steps = self.column_steps(m);
+            let cosine = rest.split_off_mut(..steps.len()).unwrap_or_default();
+            if m == 0 {
+                for (sum, step) in cosine.iter_mut().zip(steps) {
+                    let mut total = zero;
+                    for v in 0..TOGETHER {
+                        total = columns[v].next(simd, step).mul_add(cosines[v], total);
+                    }
+                    *sum += total.reduce_sum();
+                }
+                continue;
+            }
+            let sine = rest.split_off_mut(..steps.len()).unwrap_or_default();
+            for ((c, s), step) in cosine.iter_mut().zip(sine).zip(steps) {
+                let (mut a, mut b) = (zero, zero);
+                for v in 0..TOGETHER {
+                    let value = columns[v].next(simd, step);
+                    a = value.mul_add(cosines[v], a);
+                    b = value.mul_add(sines[v], b);
+                }
+                *c += a.reduce_sum();
+                *s += b.reduce_sum();
+            }
+        }
+    }
+
     /// The sum, its derivative by θ, and its derivative by φ over sin θ. Columns of P̄/sin θ keep
     /// the poles finite.
     #[inline(always)]
@@ -870,9 +1008,9 @@ impl Tables {
         &self,
         simd: S,
         coefficients: &Coefficients,
-        octet: &Octet,
+        octet: &EightDirections,
     ) -> [Lanes; 3] {
-        let mut orders = Orders::new(simd, octet);
+        let mut orders = OrderFactors::new(simd, octet);
         let zero = f64x8::splat(simd, 0.0);
         let sin = orders.sin.rounded();
         let cos = (1.0 - orders.y.rounded()) * orders.side;

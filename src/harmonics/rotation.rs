@@ -5,11 +5,13 @@ use fearless_simd::{Level, f64x2, f64x8};
 use glam::DQuat;
 
 use super::coefficients::Coefficients;
+use super::euler::{Euler, times};
 use super::recurrence::{LANES, Lanes};
 use super::simd::wide;
 use super::work::{aligned, join};
 use crate::error::{all_finite, allocate, not_finite};
 use crate::numeric::double_double::DoubleDouble;
+use crate::numeric::factorial::roots_of_factorials;
 use crate::{Error, Parallelism, Result, vectors};
 
 /// The largest degree of a [`Rotation`].
@@ -165,7 +167,8 @@ impl Rotation {
                     let a = plan.scales[scale_start(degree, other) + m - other][0]
                         * if other == 0 { 2f64.sqrt() } else { 1.0 };
                     let alpha = squares[0].hi.sqrt() * a * bs[m].hi.sqrt();
-                    let value_at = n.0 / (d1.0 * d2.0) * ((2 * m + 1) as f64).sqrt() / alpha;
+                    let binomial = n.0.to_f64() / (d1.0.to_f64() * d2.0.to_f64());
+                    let value_at = binomial * ((2 * m + 1) as f64).sqrt() / alpha;
                     *value = if exponent < -1400 {
                         0.0
                     } else {
@@ -250,7 +253,9 @@ impl Rotation {
             });
         }
         let scratch = aligned(scratch);
-        let [alpha, beta, gamma] = euler(rotation);
+        let Euler {
+            alpha, beta, gamma, ..
+        } = Euler::of(rotation);
         // e^(iπ/2) e^(iα) and so on: quarter turns are exact.
         out.as_mut_slice().fill(0.0);
         for m in 0..=coefficients.orders() {
@@ -502,56 +507,6 @@ impl<'a> Half<'a> {
         }
         half
     }
-}
-
-/// √(k!) as mantissa and exponent of 2.
-fn roots_of_factorials(last: usize) -> Vec<(f64, i32)> {
-    let mut product = DoubleDouble::ONE;
-    let mut exponent = 0;
-    (0..=last)
-        .map(|k| {
-            product = product.scale(k.max(1) as f64);
-            while product.hi >= 4.0 {
-                product = product.scale(0.25);
-                exponent += 2;
-            }
-            (product.sqrt().to_f64(), exponent / 2)
-        })
-        .collect()
-}
-
-/// (cos, sin) of the angles of R = Z(α) Y(β) Z(γ), in double-double.
-fn euler(q: DQuat) -> [[DoubleDouble; 2]; 3] {
-    // A power of two brings the largest component near 1.
-    let size = q.w.abs().max(q.x.abs()).max(q.y.abs()).max(q.z.abs());
-    let exponent =
-        f64::from_bits((size.to_bits() & 0x7FF0_0000_0000_0000).clamp(1 << 52, 0x7FD << 52));
-    let [w, x, y, z] = [q.w, q.x, q.y, q.z].map(|v| v / exponent);
-    let square = |a: f64, b: f64| DoubleDouble::product(a, a) + DoubleDouble::product(b, b);
-    // w + iz = cos(β/2) e^(i(α+γ)/2), y − ix = sin(β/2) e^(i(α−γ)/2)
-    let (a2, b2) = (square(w, z), square(x, y));
-    let unit = |re: f64, im: f64, square: DoubleDouble| {
-        let length = square.sqrt();
-        if length.hi > 0.0 {
-            [
-                DoubleDouble::from(re).divide(length),
-                DoubleDouble::from(im).divide(length),
-            ]
-        } else {
-            [DoubleDouble::ONE, DoubleDouble::ZERO]
-        }
-    };
-    let (a, b) = (unit(w, z, a2), unit(y, -x, b2));
-    let sum = a2 + b2;
-    let beta = [
-        (a2 - b2).divide(sum),
-        (a2.sqrt() * b2.sqrt()).scale(2.0).divide(sum),
-    ];
-    [times(a, b), beta, times(a, [b[0], -b[1]])]
-}
-
-fn times(a: [DoubleDouble; 2], b: [DoubleDouble; 2]) -> [DoubleDouble; 2] {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
 /// Rotation about the pole by the angle of (cos, sin), in place.

@@ -215,22 +215,8 @@ impl Transform {
         scratch: &mut [f64],
         parallelism: Parallelism,
     ) -> Result<()> {
-        self.check_lengths(batch, coefficients.len(), maps.len(), scratch.len())?;
-        let plan = &*self.0;
-        let scratch = aligned(scratch);
-        let parallelism = plan.worthwhile(batch, parallelism);
-        inside_pool(parallelism, || {
-            plan.synthesise(coefficients, maps, scratch, parallelism);
-        });
-        if all_finite(maps) {
-            Ok(())
-        } else {
-            Err(not_finite(
-                "the values of the map",
-                "the coefficients",
-                coefficients,
-            ))
-        }
+        let weighing = Weighing::None;
+        self.sets_to_maps(batch, coefficients, maps, scratch, weighing, parallelism)
     }
 
     /// Analysis of `batch` maps, one after the other in `maps`, into as many coefficient sets, one
@@ -249,12 +235,150 @@ impl Transform {
         scratch: &mut [f64],
         parallelism: Parallelism,
     ) -> Result<()> {
+        let weighing = Weighing::Quadrature;
+        self.maps_to_sets(batch, maps, coefficients, scratch, weighing, parallelism)
+    }
+
+    /// The adjoint of [`synthesise`](Self::synthesise): the sums Σ y Y_l^m over the grid's points,
+    /// without weights.
+    ///
+    /// For every coefficient set c and every map y the sum over points of synthesise(c) times y is
+    /// the sum over coefficients of c times synthesise_adjoint(y), to 10⁻¹³ of the product of the
+    /// two lengths. So it is the gradient of ½ Σ (synthesise(c) − d)² with y the difference in the
+    /// parentheses.
+    ///
+    /// ```
+    /// use lobes::harmonics::{Coefficients, Transform};
+    /// use lobes::sphere::Grid;
+    /// let transform = Transform::new(&Grid::lat_long(8, 16)?, 3)?;
+    /// let mut c = Coefficients::zeros(3);
+    /// c.set(2, 1, 1.0)?;
+    /// let y: Vec<f64> = (0..128).map(|i| f64::from(i * i % 17)).collect();
+    /// let at_points: f64 = transform.synthesise(&c)?.iter().zip(&y).map(|(f, y)| f * y).sum();
+    /// let at_coefficients = transform.synthesise_adjoint(&y)?.get(2, 1);
+    /// assert!((at_points - at_coefficients).abs() < 1e-11);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`analyse`](Self::analyse).
+    pub fn synthesise_adjoint(&self, map: &[f64]) -> Result<Coefficients> {
+        let mut values = allocate("the coefficients", self.coefficient_count())?;
+        let mut scratch = allocate("the scratch", self.scratch_len(1))?;
+        let one = Parallelism::Sequential;
+        self.synthesise_adjoint_into(1, map, &mut values, &mut scratch, one)?;
+        Coefficients::from_vec(self.0.degree, self.0.orders, values)
+    }
+
+    /// The adjoint of [`analyse`](Self::analyse): the map that gives, summed over the grid's points
+    /// with any map y, what the coefficients give with those of y, to 10⁻¹³ of the product of the
+    /// two lengths.
+    ///
+    /// ```
+    /// use lobes::harmonics::{Coefficients, Transform};
+    /// use lobes::sphere::Grid;
+    /// let transform = Transform::new(&Grid::gauss_legendre(8, 16)?, 7)?;
+    /// let mut c = Coefficients::zeros(7);
+    /// c.set(0, 0, (4.0 * std::f64::consts::PI).sqrt())?;
+    /// // The mean times 4π is a sum of values with weights.
+    /// let weights = transform.analyse_adjoint(&c)?;
+    /// assert!((weights.iter().sum::<f64>() / (4.0 * std::f64::consts::PI) - 1.0).abs() < 1e-14);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`synthesise`](Self::synthesise).
+    pub fn analyse_adjoint(&self, coefficients: &Coefficients) -> Result<Vec<f64>> {
+        self.check_shape(coefficients)?;
+        let mut map = allocate("the map", self.0.grid.len())?;
+        let mut scratch = allocate("the scratch", self.scratch_len(1))?;
+        let (set, one) = (coefficients.as_slice(), Parallelism::Sequential);
+        self.analyse_adjoint_into(1, set, &mut map, &mut scratch, one)?;
+        Ok(map)
+    }
+
+    /// [`synthesise_adjoint`](Self::synthesise_adjoint) of `batch` maps, laid out as for
+    /// [`analyse_into`](Self::analyse_into).
+    ///
+    /// # Errors
+    /// Those of [`analyse_into`](Self::analyse_into).
+    pub fn synthesise_adjoint_into(
+        &self,
+        batch: usize,
+        maps: &[f64],
+        coefficients: &mut [f64],
+        scratch: &mut [f64],
+        parallelism: Parallelism,
+    ) -> Result<()> {
+        self.maps_to_sets(
+            batch,
+            maps,
+            coefficients,
+            scratch,
+            Weighing::None,
+            parallelism,
+        )
+    }
+
+    /// [`analyse_adjoint`](Self::analyse_adjoint) of `batch` coefficient sets, laid out as for
+    /// [`synthesise_into`](Self::synthesise_into).
+    ///
+    /// # Errors
+    /// Those of [`synthesise_into`](Self::synthesise_into).
+    pub fn analyse_adjoint_into(
+        &self,
+        batch: usize,
+        coefficients: &[f64],
+        maps: &mut [f64],
+        scratch: &mut [f64],
+        parallelism: Parallelism,
+    ) -> Result<()> {
+        let weighing = Weighing::Quadrature;
+        self.sets_to_maps(batch, coefficients, maps, scratch, weighing, parallelism)
+    }
+
+    fn sets_to_maps(
+        &self,
+        batch: usize,
+        coefficients: &[f64],
+        maps: &mut [f64],
+        scratch: &mut [f64],
+        weighing: Weighing,
+        parallelism: Parallelism,
+    ) -> Result<()> {
         self.check_lengths(batch, coefficients.len(), maps.len(), scratch.len())?;
         let plan = &*self.0;
         let scratch = aligned(scratch);
         let parallelism = plan.worthwhile(batch, parallelism);
         inside_pool(parallelism, || {
-            plan.analyse(maps, coefficients, scratch, parallelism);
+            plan.synthesise(coefficients, maps, scratch, weighing, parallelism);
+        });
+        if all_finite(maps) {
+            Ok(())
+        } else {
+            Err(not_finite(
+                "the values of the map",
+                "the coefficients",
+                coefficients,
+            ))
+        }
+    }
+
+    fn maps_to_sets(
+        &self,
+        batch: usize,
+        maps: &[f64],
+        coefficients: &mut [f64],
+        scratch: &mut [f64],
+        weighing: Weighing,
+        parallelism: Parallelism,
+    ) -> Result<()> {
+        self.check_lengths(batch, coefficients.len(), maps.len(), scratch.len())?;
+        let plan = &*self.0;
+        let scratch = aligned(scratch);
+        let parallelism = plan.worthwhile(batch, parallelism);
+        inside_pool(parallelism, || {
+            plan.analyse(maps, coefficients, scratch, weighing, parallelism);
         });
         // A sample that is not finite reaches the mean of its map, so only then is the map searched
         // for it.
@@ -292,6 +416,15 @@ impl Transform {
         }
         Ok(())
     }
+}
+
+/// What goes between the sums over azimuth and those over rings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Weighing {
+    /// Nothing: synthesis and its adjoint.
+    None,
+    /// The weights of the quadrature: analysis and its adjoint.
+    Quadrature,
 }
 
 /// How many maps share a recurrence.
@@ -385,12 +518,14 @@ impl Plan {
         }
     }
 
-    /// Synthesis group by group.
+    /// Synthesis group by group, with the adjoint of the quadrature's weights on the way where
+    /// that is asked.
     fn synthesise(
         &self,
         sets: &[f64],
         maps: &mut [f64],
         scratch: &mut [Lanes],
+        weighing: Weighing,
         parallelism: Parallelism,
     ) {
         let size = self.grid.len();
@@ -408,17 +543,17 @@ impl Plan {
                 .zip(maps.chunks_mut(group * size))
             {
                 if maps.len() == LANES * size {
-                    self.synthesise_eight(sets, maps, scratch);
+                    self.synthesise_eight(sets, maps, scratch, weighing);
                     continue;
                 }
                 let threes = maps.chunks_mut(GROUP * size);
                 for (sets, maps) in sets.chunks(GROUP * count).zip(threes) {
                     if maps.len() == GROUP * size {
-                        self.synthesise_group::<GROUP>(sets, maps, scratch, parallelism);
+                        self.synthesise_group::<GROUP>(sets, maps, scratch, weighing, parallelism);
                         continue;
                     }
                     for (set, map) in sets.chunks_exact(count).zip(maps.chunks_exact_mut(size)) {
-                        self.synthesise_group::<1>(set, map, scratch, parallelism);
+                        self.synthesise_group::<1>(set, map, scratch, weighing, parallelism);
                     }
                 }
             }
@@ -445,6 +580,7 @@ impl Plan {
         sets: &[f64],
         maps: &mut [f64],
         scratch: &mut [Lanes],
+        weighing: Weighing,
         parallelism: Parallelism,
     ) {
         let octets = self.recurrence.octets.len();
@@ -469,6 +605,9 @@ impl Plan {
                 });
             },
         );
+        if weighing == Weighing::Quadrature {
+            self.weigh_sums::<MAPS>(spectra, scratch, parallelism);
+        }
         // Sixteen rings after another: those sums to samples.
         let spectra = &*spectra;
         for (index, map) in maps.chunks_exact_mut(self.grid.len()).enumerate() {
@@ -487,6 +626,76 @@ impl Plan {
                     });
                 },
             );
+        }
+    }
+
+    /// The quadrature's weights on the sums of every ring, [m][map][octet]: the adjoint of what
+    /// analysis does to them, and the same, for the weights are a diagonal and what goes along
+    /// meridians is symmetric on their circle.
+    fn weigh_sums<const MAPS: usize>(
+        &self,
+        sums: &mut [Quad],
+        scratch: &mut [Lanes],
+        parallelism: Parallelism,
+    ) {
+        let octets = self.recurrence.octets.len();
+        let eight = LANES * MAPS * octets;
+        divided(
+            parallelism,
+            0..(self.orders + 1).div_ceil(LANES),
+            Chunks {
+                values: sums,
+                length: eight,
+            },
+            scratch,
+            self.order_len(MAPS) + self.meridian_len(MAPS.max(2)),
+            &|range, sums, scratch| {
+                wide!(self.level, simd => {
+                    for (index, sums) in range.zip(sums.values.chunks_mut(eight)) {
+                        self.weigh_eight_orders::<_, MAPS>(simd, index * LANES, sums, scratch);
+                    }
+                });
+            },
+        );
+    }
+
+    /// As [`weigh_sums`](Self::weigh_sums), eight orders from `first` or as many as there are.
+    #[inline(always)]
+    fn weigh_eight_orders<S: Simd, const MAPS: usize>(
+        &self,
+        simd: S,
+        first: usize,
+        sums: &mut [Quad],
+        scratch: &mut [Lanes],
+    ) {
+        let octets = self.recurrence.octets.len();
+        let orders = sums.len() / (MAPS * octets);
+        if let Some(meridian) = &self.meridian {
+            let (buffer, rest) = scratch.split_at_mut(2 * meridian.work_len());
+            let buffer: &mut [Element] = buffer.as_chunks_mut().0;
+            let rest: &mut [Quad] = rest.as_chunks_mut().0;
+            let (by_octet, projected) = rest.split_at_mut(octets * LANES);
+            let projected = &mut projected[..octets * LANES];
+            for map in 0..MAPS {
+                let at = |i: usize, octet: usize| (i * MAPS + map) * octets + octet;
+                for octet in 0..octets {
+                    for i in 0..orders {
+                        by_octet[octet * LANES + i] = sums[at(i, octet)];
+                    }
+                }
+                meridian.project(simd, first, orders, (by_octet, LANES), projected, buffer);
+                for octet in 0..octets {
+                    for i in 0..orders {
+                        sums[at(i, octet)] = projected[octet * LANES + i];
+                    }
+                }
+            }
+        }
+        for (index, quad) in sums.iter_mut().enumerate() {
+            let weights = f64x8::load_array_ref(simd, &self.weights[index % octets]);
+            for part in quad {
+                (weights * f64x8::load_array_ref(simd, part)).store_array(part);
+            }
         }
     }
 
@@ -588,12 +797,13 @@ impl Plan {
         }
     }
 
-    /// Analysis group by group.
+    /// Analysis group by group; without the quadrature's weights it is the adjoint of synthesis.
     fn analyse(
         &self,
         maps: &[f64],
         sets: &mut [f64],
         scratch: &mut [Lanes],
+        weighing: Weighing,
         parallelism: Parallelism,
     ) {
         let size = self.grid.len();
@@ -611,17 +821,17 @@ impl Plan {
                 .zip(maps.chunks(group * size))
             {
                 if sets.len() == LANES * count {
-                    self.analyse_eight(maps, sets, scratch);
+                    self.analyse_eight(maps, sets, scratch, weighing);
                     continue;
                 }
                 let threes = maps.chunks(GROUP * size);
                 for (sets, maps) in sets.chunks_mut(GROUP * count).zip(threes) {
                     if sets.len() == GROUP * count {
-                        self.analyse_group::<GROUP>(maps, sets, scratch, parallelism);
+                        self.analyse_group::<GROUP>(maps, sets, scratch, weighing, parallelism);
                         continue;
                     }
                     for (set, map) in sets.chunks_exact_mut(count).zip(maps.chunks_exact(size)) {
-                        self.analyse_group::<1>(map, set, scratch, parallelism);
+                        self.analyse_group::<1>(map, set, scratch, weighing, parallelism);
                     }
                 }
             }
@@ -648,6 +858,7 @@ impl Plan {
         maps: &[f64],
         mut sets: &mut [f64],
         scratch: &mut [Lanes],
+        weighing: Weighing,
         parallelism: Parallelism,
     ) {
         let octets = self.recurrence.octets.len();
@@ -689,7 +900,7 @@ impl Plan {
             scratch,
             self.order_len(MAPS) + self.meridian_len(MAPS),
             &|range, columns, scratch| {
-                wide!(self.level, simd => self.analyse_orders::<_, MAPS>(simd, range, columns, spectra, scratch));
+                wide!(self.level, simd => self.analyse_orders::<_, MAPS>(simd, range, columns, spectra, scratch, weighing));
             },
         );
     }
@@ -775,13 +986,15 @@ impl Plan {
         columns: Orders<'_, MAPS>,
         spectra: &[Quad],
         scratch: &mut [Lanes],
+        weighing: Weighing,
     ) {
         let (orders, octets) = (self.orders + 1, self.recurrence.octets.len());
         let (scratch, rest) = scratch.split_at_mut(self.order_len(MAPS));
-        let Some(meridian) = &self.meridian else {
+        let meridian = self.meridian.as_ref();
+        let Some(meridian) = meridian.filter(|_| weighing == Weighing::Quadrature) else {
             for (m, columns) in range.zip(columns) {
                 let spectra = (&spectra[m..], orders);
-                self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch);
+                self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch, weighing);
             }
             return;
         };
@@ -804,7 +1017,7 @@ impl Plan {
                 }
             }
             let spectra = (&projected[lane..], LANES);
-            self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch);
+            self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch, weighing);
         }
     }
 
@@ -817,6 +1030,7 @@ impl Plan {
         (spectra, stride): (&[Quad], usize),
         columns: [&mut [f64]; MAPS],
         slot: &mut [Lanes],
+        weighing: Weighing,
     ) {
         let octets = self.recurrence.octets.len();
         let steps = self.recurrence.steps(m).len();
@@ -830,7 +1044,10 @@ impl Plan {
             .enumerate()
         {
             let octet = index % octets;
-            let w = f64x8::load_array_ref(simd, &self.weights[octet]);
+            let w = match weighing {
+                Weighing::Quadrature => f64x8::load_array_ref(simd, &self.weights[octet]),
+                Weighing::None => f64x8::splat(simd, 1.0),
+            };
             let wx = w * f64x8::load_array_ref(simd, &self.recurrence.octets[octet].x);
             let [nc, ns, sc, ss] = load_quad(simd, sums);
             ((nc + sc) * w).store_array(&mut parts[0]);

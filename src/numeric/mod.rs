@@ -10,11 +10,13 @@
 //! | `quadrature` | Gauss–Legendre, Fejér, Clenshaw–Curtis | the last bit of nodes and weights |
 //! | `sixteen_points` | the Gauss–Legendre rule of sixteen nodes on (0, 1) | the same |
 //! | `bilinear` | interpolation among four values | a few rounding errors |
+//! | `factorial` | square roots of factorials, with exponents | a few 2⁻¹⁰⁶ times k |
 //! | `golden_section` | the minimum of a function of one variable | its root of the rounding |
 
 pub(crate) mod bilinear;
 pub(crate) mod double_double;
 pub(crate) mod exponential;
+pub(crate) mod factorial;
 pub(crate) mod golden_section;
 pub(crate) mod quadrature;
 pub(crate) mod sincospi;
