@@ -4,13 +4,13 @@ use lobes::Parallelism;
 use lobes::glam::{DQuat, DVec3};
 use lobes::harmonics;
 use lobes::sphere::{self, Grid};
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{Complex64, PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::arrays::{
-    Directions, check_result, check_room, doubles, leading, numbers, shaped, zeros,
+    Directions, check_result, check_room, complexes, doubles, leading, numbers, shaped, zeros,
 };
 use crate::coefficients::{Sets, wrap, wrap_all};
 use crate::{error, parallelism};
@@ -53,6 +53,88 @@ impl Transform {
     fn cost(&self) -> usize {
         let grid = self.transform.grid();
         self.transform.coefficient_count() * grid.rings() + 16 * grid.len()
+    }
+}
+
+/// One of the transform's `_into` functions: a batch from here to there.
+type Into = fn(
+    &harmonics::Transform,
+    usize,
+    &[f64],
+    &mut [f64],
+    &mut [f64],
+    Parallelism,
+) -> lobes::Result<()>;
+
+impl Transform {
+    fn to_sets<'py>(
+        &self,
+        py: Python<'py>,
+        maps: &Bound<'py, PyAny>,
+        threads: bool,
+        into: Into,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let maps = doubles(maps, "the array of maps")?;
+        let (rings, columns) = self.shape();
+        let mut shape = leading(maps.shape(), &[rings, columns], "the array of maps")?;
+        let count = self.transform.coefficient_count();
+        shape.push(count);
+        let out = zeros::<f64>(py, &shape)?;
+        let mut guard = out.readwrite();
+        let (input, output) = (maps.as_slice()?, guard.as_slice_mut()?);
+        self.in_batches(py, (input, rings * columns), (output, count), threads, into)?;
+        check_result(output, "a coefficient of the maps")?;
+        drop(guard);
+        wrap(out, self.degree(), self.orders())
+    }
+
+    fn to_maps<'py>(
+        &self,
+        py: Python<'py>,
+        coefficients: &Bound<'py, PyAny>,
+        threads: bool,
+        into: Into,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let shape = (self.degree(), self.orders());
+        let sets = Sets::with_shape(coefficients, "the array of coefficients", Some(shape))?;
+        let (rings, columns) = self.shape();
+        let mut shape = sets.shape.clone();
+        shape.extend([rings, columns]);
+        let out = zeros::<f64>(py, &shape)?;
+        let mut guard = out.readwrite();
+        let (input, output) = (sets.values()?, guard.as_slice_mut()?);
+        let count = self.transform.coefficient_count();
+        self.in_batches(py, (input, count), (output, rings * columns), threads, into)?;
+        check_result(output, "a value of a map")?;
+        drop(guard);
+        Ok(out)
+    }
+
+    /// So many at a time that Ctrl-C is looked for; each with the length of one.
+    fn in_batches(
+        &self,
+        py: Python<'_>,
+        (input, input_len): (&[f64], usize),
+        (output, output_len): (&mut [f64], usize),
+        threads: bool,
+        into: Into,
+    ) -> PyResult<()> {
+        let threads = parallelism(threads);
+        let batch = at_a_time(self.cost(), threads);
+        let mut scratch = Vec::new();
+        for (input, output) in input
+            .chunks(batch * input_len)
+            .zip(output.chunks_mut(batch * output_len))
+        {
+            let batch = input.len() / input_len;
+            py.detach(|| {
+                scratch.resize(self.transform.scratch_len(batch), 0.0);
+                into(&self.transform, batch, input, output, &mut scratch, threads)
+            })
+            .map_err(error)?;
+            py.check_signals()?;
+        }
+        Ok(())
     }
 }
 
@@ -183,34 +265,7 @@ impl Transform {
         maps: &Bound<'py, PyAny>,
         threads: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let maps = doubles(maps, "the array of maps")?;
-        let (rings, columns) = self.shape();
-        let mut shape = leading(maps.shape(), &[rings, columns], "the array of maps")?;
-        shape.push(self.transform.coefficient_count());
-        let out = zeros::<f64>(py, &shape)?;
-        let mut guard = out.readwrite();
-        let output = guard.as_slice_mut()?;
-        let threads = parallelism(threads);
-        let batch = at_a_time(self.cost(), threads);
-        let count = self.transform.coefficient_count();
-        let maps = maps.as_slice()?;
-        let mut scratch = Vec::new();
-        for (input, output) in maps
-            .chunks(batch * rings * columns)
-            .zip(output.chunks_mut(batch * count))
-        {
-            let batch = output.len() / count;
-            py.detach(|| {
-                scratch.resize(self.transform.scratch_len(batch), 0.0);
-                self.transform
-                    .analyse_into(batch, input, output, &mut scratch, threads)
-            })
-            .map_err(error)?;
-            py.check_signals()?;
-        }
-        check_result(output, "a coefficient of the maps")?;
-        drop(guard);
-        wrap(out, self.degree(), self.orders())
+        self.to_sets(py, maps, threads, harmonics::Transform::analyse_into)
     }
 
     /// The maps (…, rings, columns) of coefficients.
@@ -221,35 +276,113 @@ impl Transform {
         coefficients: &Bound<'py, PyAny>,
         threads: bool,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let shape = (self.degree(), self.orders());
-        let sets = Sets::with_shape(coefficients, "the array of coefficients", Some(shape))?;
+        self.to_maps(
+            py,
+            coefficients,
+            threads,
+            harmonics::Transform::synthesise_into,
+        )
+    }
+
+    /// The adjoint of `synthesise`: sums of maps (…, rings, columns) times each harmonic, without
+    /// weights.
+    ///
+    /// For all coefficients c and maps y the sum of synthesise(c) · y is the sum of c ·
+    /// synthesise_adjoint(y), so that it is the gradient of ½ Σ (synthesise(c) − d)² at y =
+    /// synthesise(c) − d.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform("fejer", 8, 16, 3)
+    /// >>> c, y = np.arange(16.0), np.arange(128.0).reshape(8, 16)
+    /// >>> there = np.vdot(transform.synthesise(c), y)
+    /// >>> np.isclose(there, np.vdot(c, transform.synthesise_adjoint(y)), rtol=1e-12)
+    /// True
+    #[pyo3(signature = (maps, threads=true))]
+    fn synthesise_adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        maps: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let into = harmonics::Transform::synthesise_adjoint_into;
+        self.to_sets(py, maps, threads, into)
+    }
+
+    /// The adjoint of `analyse`: the maps (…, rings, columns) whose sums with maps are those of the
+    /// coefficients with the maps' coefficients.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform("fejer", 8, 16, 3)
+    /// >>> c, y = np.arange(16.0), np.arange(128.0).reshape(8, 16)
+    /// >>> there = np.vdot(transform.analyse_adjoint(c), y)
+    /// >>> np.isclose(there, np.vdot(c, transform.analyse(y)), rtol=1e-12)
+    /// True
+    #[pyo3(signature = (coefficients, threads=true))]
+    fn analyse_adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        coefficients: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let into = harmonics::Transform::analyse_adjoint_into;
+        self.to_maps(py, coefficients, threads, into)
+    }
+
+    /// The complex map (rings, columns) of the coefficients a_lm of a complex field, ((degree + 1)²,)
+    /// at l² + l + m, m from −l to l: orthonormal, with the Condon–Shortley phase, as SciPy's
+    /// `sph_harm_y`.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform("gauss-legendre", 4, 8, 3)
+    /// >>> a = np.arange(16) * (1 + 2j)
+    /// >>> np.allclose(transform.analyse_complex(transform.synthesise_complex(a)), a)
+    /// True
+    #[pyo3(signature = (coefficients, threads=true))]
+    fn synthesise_complex<'py>(
+        &self,
+        py: Python<'py>,
+        coefficients: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+        let set = complex_set(coefficients, self.degree())?;
         let (rings, columns) = self.shape();
-        let mut shape = sets.shape.clone();
-        shape.extend([rings, columns]);
-        let out = zeros::<f64>(py, &shape)?;
-        let mut guard = out.readwrite();
-        let output = guard.as_slice_mut()?;
-        let threads = parallelism(threads);
-        let batch = at_a_time(self.cost(), threads);
-        let count = self.transform.coefficient_count();
-        let mut scratch = Vec::new();
-        for (input, output) in sets
-            .values()?
-            .chunks(batch * count)
-            .zip(output.chunks_mut(batch * rings * columns))
-        {
-            let batch = input.len() / count;
-            py.detach(|| {
-                scratch.resize(self.transform.scratch_len(batch), 0.0);
+        let map = py
+            .detach(|| {
                 self.transform
-                    .synthesise_into(batch, input, output, &mut scratch, threads)
+                    .synthesise_complex(&set, parallelism(threads))
             })
             .map_err(error)?;
-            py.check_signals()?;
+        shaped(py, &[rings, columns], map)
+    }
+
+    /// The coefficients a_lm, as `synthesise_complex` takes them, of a complex map (rings, columns).
+    #[pyo3(signature = (map, threads=true))]
+    fn analyse_complex<'py>(
+        &self,
+        py: Python<'py>,
+        map: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+        let map = complexes(map, "the map")?;
+        let (rings, columns) = self.shape();
+        let before = leading(map.shape(), &[rings, columns], "the map")?;
+        if !before.is_empty() {
+            return Err(PyValueError::new_err(
+                "there are several maps where one is needed",
+            ));
         }
-        check_result(output, "a value of a map")?;
-        drop(guard);
-        Ok(out)
+        let values = map.as_slice()?;
+        let set = py
+            .detach(|| self.transform.analyse_complex(values, parallelism(threads)))
+            .map_err(error)?;
+        let values = set.into_vec();
+        shaped(py, &[values.len()], values)
     }
 
     fn __repr__(&self) -> String {
@@ -340,6 +473,36 @@ impl Rotation {
         wrap_all(py, &sets.shape, rotated, (degree, degree))
     }
 
+    /// The coefficients a_lm of a complex field, ((degree + 1)²,) at l² + l + m, m from −l to l,
+    /// turned as by `rotate`: what `wigner_rotation` of each degree makes of them.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> a, turn = np.arange(9) * (1 + 2j), [0.1, 0.2, 0.3, 0.4]
+    /// >>> turned = lobes.Rotation(2).rotate_complex(a, turn)
+    /// >>> np.allclose(turned[4:], lobes.wigner_rotation(2, turn) @ a[4:])
+    /// True
+    #[pyo3(signature = (coefficients, quaternion, threads=true))]
+    fn rotate_complex<'py>(
+        &self,
+        py: Python<'py>,
+        coefficients: &Bound<'py, PyAny>,
+        quaternion: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+        let set = complex_set(coefficients, self.0.degree())?;
+        let quaternion = DQuat::from_array(numbers(quaternion, "the quaternion")?);
+        let turned = py
+            .detach(|| {
+                self.0
+                    .rotate_complex(&set, quaternion, parallelism(threads))
+            })
+            .map_err(error)?;
+        let values = turned.into_vec();
+        shaped(py, &[values.len()], values)
+    }
+
     fn __repr__(&self) -> String {
         format!("Rotation({})", self.0.degree())
     }
@@ -347,6 +510,21 @@ impl Rotation {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (usize,)) {
         (slf.get_type().into_any(), (slf.get().degree(),))
     }
+}
+
+/// The coefficients of one complex field.
+fn complex_set(
+    object: &Bound<'_, PyAny>,
+    degree: usize,
+) -> PyResult<harmonics::ComplexCoefficients> {
+    let values = complexes(object, "the array of complex coefficients")?;
+    if values.ndim() != 1 {
+        return Err(PyValueError::new_err(format!(
+            "the array of complex coefficients has {} dimensions where one is needed",
+            values.ndim()
+        )));
+    }
+    harmonics::ComplexCoefficients::from_vec(degree, values.as_slice()?.to_vec()).map_err(error)
 }
 
 /// A basis, and the room that its values at directions take.
@@ -455,6 +633,129 @@ pub(crate) fn synthesise_at<'py>(
     }
     check_result(&sums, "a value")?;
     shaped(py, &at_shape(&sets, &directions), sums)
+}
+
+/// The adjoint of `synthesise_at`: Σ values Y_lm over directions (n, 3) of the harmonic frame, of
+/// values (…, n).
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> directions = [[0, 0, 1], [1, 0, 0], [0.6, 0, -0.8]]
+/// >>> c, y = np.arange(9.0), np.array([1.0, -2.0, 0.5])
+/// >>> there = lobes.synthesise_at(c, directions) @ y
+/// >>> np.isclose(there, np.vdot(c, lobes.synthesise_at_adjoint(y, directions, 2)), rtol=1e-13)
+/// True
+#[pyfunction]
+#[pyo3(signature = (values, directions, degree, threads=true))]
+pub(crate) fn synthesise_at_adjoint<'py>(
+    py: Python<'py>,
+    values: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
+    degree: usize,
+    threads: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let directions = Directions::of(directions, "the array of directions")?;
+    let &[count] = &directions.shape[..] else {
+        return Err(PyValueError::new_err(format!(
+            "the array of directions has {} dimensions before the 3, where one is needed",
+            directions.shape.len()
+        )));
+    };
+    let values = doubles(values, "the array of values")?;
+    let shape = leading(values.shape(), &[count], "the array of values")?;
+    let (basis, _) = basis_of(py, &directions, degree)?;
+    let threads = parallelism(threads);
+    let values = values.as_slice()?;
+    let mut sets = Vec::new();
+    for index in 0..shape.iter().product() {
+        let values = &values[index * count..(index + 1) * count];
+        let set = py
+            .detach(|| basis.sums_adjoint(values, &directions.vectors, threads))
+            .map_err(error)?;
+        check_result(set.as_slice(), "a coefficient")?;
+        sets.push(set);
+        py.check_signals()?;
+    }
+    wrap_all(py, &shape, sets, (degree, degree))
+}
+
+/// Wigner's d^l(β), (2 degree + 1, 2 degree + 1), for β in radians: rows m' and columns m from −l to
+/// l, ⟨l m'| exp(−iβ J_y) |l m⟩.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> float(lobes.wigner_d(1, np.pi / 2)[2, 0].round(15))  # (1 − cos β)/2
+/// 0.5
+#[pyfunction]
+pub(crate) fn wigner_d<'py>(
+    py: Python<'py>,
+    degree: usize,
+    beta: f64,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let d = py
+        .detach(|| harmonics::wigner::d_matrix(degree, beta))
+        .map_err(error)?;
+    // A matrix is stored column by column.
+    shaped(
+        py,
+        &[d.nrows(), d.ncols()],
+        d.transpose().as_slice().to_vec(),
+    )
+}
+
+/// Wigner's D^l, (2 degree + 1, 2 degree + 1), of the rotation of a quaternion (x, y, z, w) of any
+/// length: what takes the complex coefficients a_lm of f, m from −l to l, harmonics with the
+/// Condon–Shortley phase, to those of f(R⁻¹ ω).
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> d = lobes.wigner_rotation(2, [0, 0, np.sin(0.2), np.cos(0.2)])  # about the pole by 0.4
+/// >>> np.allclose(np.diag(d), np.exp(-0.4j * np.arange(-2, 3)))
+/// True
+#[pyfunction]
+pub(crate) fn wigner_rotation<'py>(
+    py: Python<'py>,
+    degree: usize,
+    quaternion: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+    let quaternion = DQuat::from_array(numbers(quaternion, "the quaternion")?);
+    let d = py
+        .detach(|| harmonics::wigner::rotation_matrix(degree, quaternion))
+        .map_err(error)?;
+    shaped(
+        py,
+        &[d.nrows(), d.ncols()],
+        d.transpose().as_slice().to_vec(),
+    )
+}
+
+/// As `wigner_rotation`, for the real coefficients of this package in the order l² + l + m: an
+/// orthogonal matrix.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> turn = lobes.wigner_rotation_real(1, [0, 0, np.sin(0.2), np.cos(0.2)])
+/// >>> np.allclose(turn @ [0, 0, 1], [np.sin(0.4), 0, np.cos(0.4)])  # (y, z, x) of x
+/// True
+#[pyfunction]
+pub(crate) fn wigner_rotation_real<'py>(
+    py: Python<'py>,
+    degree: usize,
+    quaternion: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let quaternion = DQuat::from_array(numbers(quaternion, "the quaternion")?);
+    let d = py
+        .detach(|| harmonics::wigner::real_rotation_matrix(degree, quaternion))
+        .map_err(error)?;
+    shaped(
+        py,
+        &[d.nrows(), d.ncols()],
+        d.transpose().as_slice().to_vec(),
+    )
 }
 
 /// Values as of `synthesise_at`, and their gradients on the unit sphere, with 3 more at the end of

@@ -9,6 +9,7 @@ mod coefficients;
 mod harmonics;
 mod illumination;
 mod interrupt;
+mod operator;
 mod reflectance;
 mod reflection;
 mod spectrum;
@@ -93,13 +94,15 @@ mod _lobes {
     #[pymodule_export]
     use super::harmonics::{
         Rotation, Transform, basis, basis_gradients, from_harmonic, gradients_at, synthesise_at,
-        to_harmonic,
+        synthesise_at_adjoint, to_harmonic, wigner_d, wigner_rotation, wigner_rotation_real,
     };
     #[pymodule_export]
     use super::illumination::{
         EnvironmentMap, builtin, encode_exr, encode_png, fit_power_law, linear_of_srgb,
         read_linear, srgb_of_linear,
     };
+    #[pymodule_export]
+    use super::operator::Operator;
     #[pymodule_export]
     use super::reflectance::{
         Lobe, Material, fit_lobe, lambert, presets, read_csv, read_merl, recover_kernel,

@@ -272,3 +272,67 @@ def test_real_numbers_of_any_type(dtype):
         complexes = np.asarray(lobes.to_complex(truth), "c8", order=orders)
         assert np.allclose(lobes.from_complex(complexes), truth, rtol=1e-6)
     assert np.allclose(lobes.from_complex(lobes.to_complex(truth).astype(">c16")), truth, rtol=1e-14)
+
+
+@pytest.mark.parametrize("grid", [("gauss-legendre", 12, 24, 11), ("fejer", 12, 24, 11), ("clenshaw-curtis", 13, 30, 6)])
+def test_adjoints_on_grids(grid):
+    transform = lobes.Transform(*grid)
+    rng = np.random.Generator(np.random.PCG64(3))
+    sets = rng.standard_normal((5, transform.coefficient_count))
+    maps = rng.standard_normal((5, *transform.shape))
+    for forth, back in [(transform.synthesise, transform.synthesise_adjoint), (transform.analyse_adjoint, transform.analyse)]:
+        there, here = forth(sets), back(maps)
+        assert there.shape == maps.shape and here.degree == grid[3] and here.shape == (5,)
+        for i in range(5):
+            scale = np.linalg.norm(there[i]) * np.linalg.norm(maps[i])
+            assert abs(np.vdot(there[i], maps[i]) - np.vdot(sets[i], here.array[i])) < 1e-13 * scale
+        assert np.array_equal(forth(sets, threads=False), there)
+    with pytest.raises(ValueError, match="last dimensions"):
+        transform.synthesise_adjoint(maps[..., 1:])
+
+
+def test_the_adjoint_at_points():
+    rng = np.random.Generator(np.random.PCG64(4))
+    directions, values, set = rng.standard_normal((50, 3)), rng.standard_normal((2, 50)), rng.standard_normal(49)
+    found = lobes.synthesise_at_adjoint(values, directions, 6)
+    there = lobes.synthesise_at(set, directions)
+    assert found.shape == (2,) and np.allclose(values @ there, found.array @ set, rtol=1e-12)
+    assert np.allclose(found.array, values @ lobes.basis(directions, 6), atol=1e-13)
+    for wrong in [lambda: lobes.synthesise_at_adjoint(values[:, 1:], directions, 6), lambda: lobes.synthesise_at_adjoint(values, directions[None], 6)]:
+        with pytest.raises(ValueError, match="dimensions"):
+            wrong()
+
+
+def test_wigner_matrices():
+    quaternion = np.array([0.3, 0.5, -0.2, 0.8])
+    for degree in (0, 1, 4):
+        side = 2 * degree + 1
+        assert np.allclose(lobes.wigner_d(degree, 0.7) @ lobes.wigner_d(degree, 0.4), lobes.wigner_d(degree, 1.1), atol=1e-14)
+        large = lobes.wigner_rotation(degree, quaternion)
+        assert large.shape == (side, side) and np.allclose(large @ large.conj().T, np.eye(side), atol=1e-14)
+        turn = lobes.wigner_rotation_real(degree, quaternion)
+        for column in range(side):
+            one = lobes.Coefficients.zeros(degree)
+            one.array[one.index(degree, column - degree)] = 1
+            turned = lobes.Rotation(degree).rotate(one, quaternion)
+            assert np.allclose([turned.get(degree, m) for m in range(-degree, degree + 1)], turn[:, column], atol=1e-14)
+    for wrong in [lambda: lobes.wigner_d(513, 0.1), lambda: lobes.wigner_d(2, np.nan), lambda: lobes.wigner_rotation(2, [0, 0, 0, 0])]:
+        with pytest.raises(ValueError):
+            wrong()
+
+
+def test_complex_fields_are_scipys():
+    degree, transform = 7, lobes.Transform("gauss-legendre", 9, 17, 7)
+    rng = np.random.Generator(np.random.PCG64(6))
+    a = rng.standard_normal(64) + 1j * rng.standard_normal(64)
+    theta, phi = transform.colatitudes[:, None], transform.azimuths
+    theirs = sum(a[l * l + l + m] * scipy.special.sph_harm_y(l, m, theta, phi) for l in range(degree + 1) for m in range(-l, l + 1))
+    ours = transform.synthesise_complex(a)
+    assert np.allclose(ours, theirs, atol=1e-12) and np.allclose(transform.analyse_complex(ours), a, atol=1e-13)
+    turn = [0.3, 0.5, -0.2, 0.8]
+    turned = lobes.Rotation(degree).rotate_complex(a, turn)
+    for l in range(degree + 1):
+        assert np.allclose(turned[l * l : (l + 1) ** 2], lobes.wigner_rotation(l, turn) @ a[l * l : (l + 1) ** 2], atol=1e-13)
+    for wrong in [lambda: transform.synthesise_complex(a[1:]), lambda: transform.analyse_complex(ours[None]), lambda: transform.synthesise_complex(a[None])]:
+        with pytest.raises(ValueError):
+            wrong()

@@ -141,3 +141,39 @@ def test_what_a_caller_gets_wrong(tmp_path):
         lobes.EnvironmentMap(np.ones((4, 8, 3), np.uint8))
     with pytest.raises(FileNotFoundError, match="none.exr"):
         lobes.EnvironmentMap.read(tmp_path / "none.exr")
+
+
+def test_the_operator_of_a_view():
+    operator = lobes.Operator(0.0, [0.2, 0.7, 1.2], 6, variant="duer")
+    assert operator.degree == 6 and np.array_equal(operator.rings, [0.2, 0.7, 1.2])
+    # A mirror shows at the normal (θ, φ) the light from (2θ, φ).
+    rng = np.random.Generator(np.random.PCG64(5))
+    light = lobes.Coefficients(rng.standard_normal(49))
+    columns = 16
+    phi, theta = 2 * np.pi * np.arange(columns) / columns, 2 * operator.rings[:, None]
+    seen = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta) + 0 * phi], axis=-1)
+    picture = operator.forward(light, 0.0, 1.0, columns)
+    assert np.allclose(picture, lobes.synthesise_at(light, seen), atol=1e-13)
+    # Lambert: A_l Y_lm/π, here of the zonal harmonics.
+    zonal = lobes.Coefficients.zeros(6)
+    zonal.array[:7] = light.array[:7]
+    shaded = lobes.convolve_zonal(zonal, lobes.lambert(6) / np.pi)
+    normals = np.stack([np.sin(operator.rings), 0 * operator.rings, np.cos(operator.rings)], axis=-1)
+    assert np.allclose(operator.block(0, 1.0, 0.0) @ light.array[:7], lobes.synthesise_at(shaded, normals), atol=1e-14)
+    # The adjoint.
+    other = rng.standard_normal((3, columns))
+    back = operator.adjoint(other, 0.0, 1.0)
+    assert back.degree == 6 and np.vdot(picture, other) == pytest.approx(np.vdot(light.array, back.array), rel=1e-13)
+    near = lobes.Operator(0.2, 5, 4, distance=3.0)
+    assert near.rings.max() < np.arccos(1 / 3) and "distance=3.0" in repr(near)
+    for wrong, sentence in [
+        (lambda: lobes.Operator(-0.1, 4, 4), "roughness"),
+        (lambda: lobes.Operator(0.1, [2.0], 4), "limb"),
+        (lambda: lobes.Operator(0.1, [[0.1]], 4), r"not \(rings,\)"),
+        (lambda: lobes.Operator(0.1, 4, 257), "256"),
+        (lambda: operator.forward(light, 0.0, 1.0, 12), "13"),
+        (lambda: operator.adjoint(other[:2], 0.0, 1.0), "2 rows"),
+        (lambda: operator.block(7, 1.0, 0.0), "7"),
+    ]:
+        with pytest.raises(ValueError, match=sentence):
+            wrong()
