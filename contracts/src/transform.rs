@@ -111,7 +111,7 @@ pub(super) fn contracts() -> Vec<Contract> {
             oracle: Oracle::Identity("⟨A y, f⟩ = ⟨y, A† f⟩"),
             domain: ADJOINTS,
             metric: Metric::Scaled("the product of the lengths of both sides"),
-            bound: 2e-16,
+            bound: 5e-16,
             why: "as above",
             loose: None,
             measure: adjoint_analysis,
