@@ -56,15 +56,15 @@ struct Goal {
 struct Pace {
     /// The mean of the channels.
     value: f64,
-    /// A patch's share of the bound.
-    share: f64,
+    /// What a value of the lobe is worth, as a share of the bound.
+    price: f64,
 }
 
 /// Points that share a pace: always the same, so that answers do not depend on the number of
 /// threads.
 const BLOCK: usize = 64;
 
-/// How often a share is tried.
+/// How often a price is tried.
 const TRIES: usize = 60;
 
 /// The error of the arithmetic of the bound itself.
@@ -302,7 +302,7 @@ impl LightTree {
         let mut reached = 1.0;
         let mut target = 0.8 * allowed(pace.value);
         for _ in 0..TRIES {
-            self.descend(simd, lobe, target * pace.share, work);
+            self.descend(simd, lobe, target * pace.price, work);
             let bound = (work.bound + rounding * work.size) * SLACK;
             if !bound.is_finite() {
                 break;
@@ -314,7 +314,7 @@ impl LightTree {
                 }
             }
             if bound > target {
-                pace.share *= (0.7 * target / bound).max(0.05);
+                pace.price *= (0.7 * target / bound).max(0.05);
                 continue;
             }
             let (sums, least) = self.sum(simd, lobe, work);
@@ -330,7 +330,7 @@ impl LightTree {
             pace.value = level;
             let limit = allowed(level - most * bound);
             if bound <= limit {
-                pace.share *= (0.8 * target / bound).clamp(0.3, 2.0);
+                pace.price *= (0.8 * target / bound).clamp(0.3, 2.0);
                 return Ok(Bounded {
                     value,
                     bound: most * bound,
@@ -351,7 +351,7 @@ impl Pace {
     fn new(tree: &LightTree) -> Self {
         Self {
             value: mean(&tree.total) / (4.0 * std::f64::consts::PI),
-            share: 1e-2,
+            price: 1e-4,
         }
     }
 }

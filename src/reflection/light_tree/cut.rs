@@ -53,7 +53,6 @@ pub(super) fn error<S: Simd>(
     lobe: &impl Lobe,
     light: &PartLight<S>,
     radius: f64x8<S>,
-    _height: f64x8<S>,
     bend: f64x8<S>,
     flat: f64x8<S>,
 ) -> f64x8<S> {

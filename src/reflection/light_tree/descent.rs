@@ -4,14 +4,25 @@ use fearless_simd::{f64x8, prelude::*};
 
 use super::cut::{self, CutCells};
 use super::lobe::{Lobe, dot};
-use super::neighbourhood::Neighbourhood;
 use super::opening::{Patches, bilinear, gauss, interpolation};
 use super::parts::Part;
+use super::rules::{MOST_NODES, RULES};
 use super::small_angles::small_sin_cos;
-use super::tree::{LightTree, NODES, POINTS};
+use super::tree::{DEGREES, LightTree, POINTS};
 
 /// So many parts of cells are not divided further: a descent that comes to them has failed.
 const MOST_PARTS: usize = 1 << 22;
+
+/// What a box costs on each of `DEGREES`, in values of the lobe; what boxes and parts that are opened
+/// cost at the least; and what a rule costs beside its nodes. These decide how long an answer takes,
+/// never whether its bound holds.
+const COSTS: [f64; DEGREES.len()] = [20.0, 44.0, 68.0];
+const OPENED_BOX: f64 = 110.0;
+const OPENED_PART: f64 = 70.0;
+const RULE: usize = 2;
+
+/// A box of more than so many times the reach of its lobe is opened without being asked.
+const LARGE: f64 = 2.0;
 
 /// What a descent ends with.
 #[derive(Debug, Clone, Default)]
@@ -20,9 +31,10 @@ pub(super) struct Workspace {
     next: Vec<u32>,
     parts: Vec<Part>,
     next_parts: Vec<Part>,
-    boxes: Vec<(u32, u32)>,
+    /// By the points a side: level and place.
+    boxes: [Vec<(u32, u32)>; DEGREES.len()],
     /// By the nodes a side of the rule.
-    cells: [Vec<Part>; 4],
+    cells: [Vec<Part>; MOST_NODES],
     cut: Vec<Part>,
     /// The bound of what was dropped and of what was accepted.
     pub(super) bound: f64,
@@ -31,18 +43,21 @@ pub(super) struct Workspace {
 }
 
 impl LightTree {
-    /// Walks down until each patch is accepted at a bound of at most `share`, or dropped.
+    /// Walks down until each patch is accepted or dropped. `price` is the bound that a value of the
+    /// lobe is worth: of what may be done with a patch the least sum of bound and price is taken.
     #[inline(always)]
     pub(super) fn descend<S: Simd>(
         &self,
         simd: S,
         lobe: &impl Lobe,
-        share: f64,
+        price: f64,
         work: &mut Workspace,
     ) {
         work.bound = 0.0;
         work.size = 0.0;
-        work.boxes.clear();
+        for boxes in &mut work.boxes {
+            boxes.clear();
+        }
         work.cut.clear();
         work.parts.clear();
         for cells in &mut work.cells {
@@ -56,7 +71,7 @@ impl LightTree {
         for index in (0..=top).rev() {
             next.clear();
             for eight in frontier.chunks(8) {
-                self.boxes(simd, lobe, index, eight, share, work, &mut next);
+                self.boxes(simd, lobe, index, eight, price, work, &mut next);
             }
             std::mem::swap(&mut frontier, &mut next);
         }
@@ -71,7 +86,7 @@ impl LightTree {
             }
             next.clear();
             for eight in parts.chunks(8) {
-                self.parts(simd, lobe, eight, share, work, &mut next);
+                self.parts(simd, lobe, eight, price, work, &mut next);
             }
             std::mem::swap(&mut parts, &mut next);
         }
@@ -90,7 +105,7 @@ impl LightTree {
         lobe: &impl Lobe,
         index: usize,
         eight: &[u32],
-        share: f64,
+        price: f64,
         work: &mut Workspace,
         next: &mut Vec<u32>,
     ) {
@@ -103,8 +118,14 @@ impl LightTree {
             (trig[2][lane], trig[3][lane]) = level.column_middle[at % level.columns];
             trig[4][lane] = level.mass[at];
         }
-        let [sin, cos, sin_turn, cos_turn, mass] =
-            trig.map(|values| f64x8::from_slice(simd, &values));
+        let load = |values: &[f64; 8]| f64x8::from_slice(simd, values);
+        let [sin, cos, sin_turn, cos_turn] = [
+            load(&trig[0]),
+            load(&trig[1]),
+            load(&trig[2]),
+            load(&trig[3]),
+        ];
+        let mass = load(&trig[4]);
         let patches = Patches {
             centre: [sin * cos_turn, sin * sin_turn, cos],
             sin: sin.abs(),
@@ -114,35 +135,42 @@ impl LightTree {
         let normal = lobe.normal();
         let height = dot(simd, normal, patches.centre, 0.0);
         let above = (-radius).simd_lt(height);
-        let size = above.select(
-            lobe.bound(simd, patches.centre, Neighbourhood::real(simd, radius)) * mass,
-            splat(0.0),
-        );
-        let open = splat(share).simd_lt(size);
+        let size = above.select(lobe.size(simd, patches.centre, radius) * mass, splat(0.0));
+        let open = splat(price).simd_lt(size);
         if !open.any_true() {
             work.bound += size.reduce_sum();
             return;
         }
+        let mut errors = [[f64::INFINITY; 8]; DEGREES.len()];
         let reach = lobe.reach(simd, patches.centre, POINTS as f64);
-        let first = interpolation(simd, lobe, &patches, reach);
-        let second = interpolation(simd, lobe, &patches, reach * 0.6);
-        let mut error = first.min(second);
-        let astride = height.simd_lt(radius);
-        if astride.any_true() {
-            let below = lobe.at_the_horizon(simd, patches.centre, radius, radius - height);
-            error += astride.select(below, splat(0.0));
+        if (open & splat(level.half / LARGE).simd_lt(reach)).any_true() {
+            let bounds = interpolation(simd, lobe, &patches, reach);
+            let astride = height.simd_lt(radius);
+            let mut below = splat(0.0);
+            if astride.any_true() {
+                let at = lobe.at_the_horizon(simd, patches.centre, radius, radius - height);
+                below = astride.select(at, splat(0.0));
+            }
+            for (errors, bound) in errors.iter_mut().zip(bounds) {
+                ((bound + below) * mass).store_slice(errors);
+            }
         }
-        let error = error * mass;
-        let (mut sizes, mut errors) = ([0.0; 8], [0.0; 8]);
+        let mut sizes = [0.0; 8];
         size.store_slice(&mut sizes);
-        error.store_slice(&mut errors);
         for (lane, &at) in eight.iter().enumerate() {
-            if sizes[lane] <= share {
-                work.bound += sizes[lane];
-            } else if errors[lane] <= share {
-                work.bound += errors[lane];
-                work.size += sizes[lane];
-                work.boxes.push((index as u32, at));
+            let (mut bound, mut total, mut choice) = (sizes[lane], sizes[lane], None);
+            for (index, cost) in COSTS.into_iter().enumerate() {
+                let with = errors[index][lane] + price * cost;
+                if with < total {
+                    (bound, total, choice) = (errors[index][lane], with, Some(index));
+                }
+            }
+            if total <= price * OPENED_BOX {
+                work.bound += bound;
+                if let Some(choice) = choice {
+                    work.size += sizes[lane];
+                    work.boxes[choice].push((index as u32, at));
+                }
             } else {
                 let (row, column) = (at as usize / level.columns, at as usize % level.columns);
                 if index == 0 {
@@ -187,7 +215,7 @@ impl LightTree {
         simd: S,
         lobe: &impl Lobe,
         eight: &[Part],
-        share: f64,
+        price: f64,
         work: &mut Workspace,
         next: &mut Vec<Part>,
     ) {
@@ -210,58 +238,63 @@ impl LightTree {
         }
         let flat = flat * area;
         let above = (-radius).simd_lt(height);
-        let sup = lobe.bound(simd, patches.centre, Neighbourhood::real(simd, radius));
+        let sup = lobe.size(simd, patches.centre, radius);
         let size = above.select(sup * flat * patches.top_sine(simd), splat(0.0));
-        if !splat(share).simd_lt(size).any_true() {
+        if !splat(price).simd_lt(size).any_true() {
             let mut sizes = [0.0; 8];
             size.store_slice(&mut sizes);
             work.bound += sizes[..eight.len()].iter().sum::<f64>();
             return;
         }
-        let errors_of = |reach| gauss(simd, lobe, patches, reach);
-        let reach = lobe.reach(simd, patches.centre, 4.0);
-        let first = errors_of(reach);
-        let second = errors_of(reach * 0.6);
+        let reach = lobe.reach(simd, patches.centre, 5.0);
+        let bounds = gauss(simd, lobe, patches, reach);
         let astride = height.simd_lt(radius);
         let mut beyond = splat(0.0);
-        let mut cut_errors = [f64::INFINITY; 8];
         if astride.any_true() {
             let below = lobe.at_the_horizon(simd, patches.centre, radius, radius - height);
             beyond = astride.select(below * patches.top_sine(simd), splat(0.0));
-            let bend = bilinear(simd, lobe, patches, reach).min(bilinear(
-                simd,
-                lobe,
-                patches,
-                reach * 0.6,
-            ));
-            let error = cut::error(simd, lobe, &light, radius, height, bend, flat);
-            astride
-                .select(error, splat(f64::INFINITY))
-                .store_slice(&mut cut_errors);
         }
-        let mut errors = [[0.0; 8]; 4];
-        for ((errors, first), second) in errors.iter_mut().zip(first).zip(second) {
-            ((first.min(second) + beyond) * flat).store_slice(errors);
+        let mut errors = [[0.0; 8]; MOST_NODES];
+        for (errors, bound) in errors.iter_mut().zip(bounds) {
+            ((bound + beyond) * flat).store_slice(errors);
         }
         let mut sizes = [0.0; 8];
         size.store_slice(&mut sizes);
-        let (mut sines, mut aside) = ([0.0; 8], [0.0; 8]);
+        let mut least = sizes;
+        let mut nodes = [0; 8];
+        let mut refused = [0.0; 8];
+        for lane in 0..eight.len() {
+            for index in 0..MOST_NODES {
+                let cost = (index + 1) * (index + 1) + RULE;
+                let with = errors[index][lane] + price * cost as f64;
+                if with < least[lane] {
+                    (least[lane], nodes[lane]) = (with, index + 1);
+                }
+            }
+            refused[lane] = f64::from(u8::from(least[lane] > price * OPENED_PART));
+        }
+        // What no rule is good enough for may be cut.
+        let mut cut_errors = [f64::INFINITY; 8];
+        let cut = astride & f64x8::from_slice(simd, &refused).simd_gt(splat(0.0));
+        if cut.any_true() {
+            let bend = bilinear(simd, lobe, patches, reach * 0.8);
+            let error = cut::error(simd, lobe, &light, radius, bend, flat);
+            cut.select(error, splat(f64::INFINITY))
+                .store_slice(&mut cut_errors);
+        }
+        let mut sines = [0.0; 8];
         patches.sin.store_slice(&mut sines);
-        astride
-            .select(splat(1.0), splat(0.0))
-            .store_slice(&mut aside);
         for (lane, &part) in eight.iter().enumerate() {
             let size = sizes[lane];
-            if size <= share {
-                work.bound += size;
-                continue;
-            }
-            let nodes = (0..4).find(|&nodes| errors[nodes][lane] <= share);
-            if let Some(nodes) = nodes {
-                work.bound += errors[nodes][lane];
-                work.size += size;
-                work.cells[nodes].push(part);
-            } else if cut_errors[lane] <= share {
+            if refused[lane] == 0.0 {
+                if let Some(index) = nodes[lane].checked_sub(1) {
+                    work.bound += errors[index][lane];
+                    work.size += size;
+                    work.cells[index].push(part);
+                } else {
+                    work.bound += size;
+                }
+            } else if cut_errors[lane] <= price * OPENED_PART {
                 work.bound += cut_errors[lane];
                 work.size += size;
                 work.cut.push(part);
@@ -305,23 +338,31 @@ impl LightTree {
         let load = |values: &[f64]| f64x8::from_slice(simd, values);
         let mut sums = [splat(0.0); 3];
         let mut least = splat(0.0);
-        for &(index, at) in &work.boxes {
-            let level = &self.levels[index as usize];
-            let at = at as usize;
-            let (sin, cos) = &level.row_points[at / level.columns];
-            let (sin_turn, cos_turn) = &level.column_points[at % level.columns];
-            let weights = &level.weights[at];
-            let (sin_turn, cos_turn) = (load(sin_turn), load(cos_turn));
-            for half in 0..NODES / 8 {
-                let range = 8 * half..8 * half + 8;
-                let sin = load(&sin[range.clone()]);
-                let light = [sin * cos_turn, sin * sin_turn, load(&cos[range.clone()])];
-                let value = lobe.value(simd, light);
-                if L::UNTRUSTED {
-                    least = least.min(above_the_horizon(simd, lobe, light, value));
-                }
-                for (sum, weights) in sums.iter_mut().zip(weights) {
-                    *sum = value.mul_add(load(&weights[range.clone()]), *sum);
+        for (choice, boxes) in work.boxes.iter().enumerate() {
+            for &(index, at) in boxes {
+                let level = &self.levels[index as usize];
+                let degree = &level.degrees[choice];
+                let (at, stride) = (at as usize, degree.stride);
+                let rows = &degree.rows[2 * stride * (at / level.columns)..][..2 * stride];
+                let columns = &degree.columns[2 * stride * (at % level.columns)..][..2 * stride];
+                let weights = &degree.weights[3 * stride * at..][..3 * stride];
+                let place = |list: &[f64], part: usize, start: usize| {
+                    load(&list[part * stride + start..][..8])
+                };
+                for start in (0..stride).step_by(8) {
+                    let sin = place(rows, 0, start);
+                    let light = [
+                        sin * place(columns, 1, start),
+                        sin * place(columns, 0, start),
+                        place(rows, 1, start),
+                    ];
+                    let value = lobe.value(simd, light);
+                    if L::UNTRUSTED {
+                        least = least.min(above_the_horizon(simd, lobe, light, value));
+                    }
+                    for (channel, sum) in sums.iter_mut().enumerate() {
+                        *sum = value.mul_add(place(weights, channel, start), *sum);
+                    }
                 }
             }
         }
@@ -353,7 +394,7 @@ impl LightTree {
         let rule = RULES[nodes - 1];
         let half = 0.5 * self.step;
         let [sin, cos, sin_turn, cos_turn] = self.middles(simd, eight);
-        let mut turns = [[splat(0.0); 3]; 4];
+        let mut turns = [[splat(0.0); 3]; MOST_NODES];
         for (turn, &(node, _)) in turns.iter_mut().zip(rule) {
             let x = light.width.mul_add(splat(node), light.x);
             let (s, c) = small_sin_cos(simd, x * half);
@@ -371,11 +412,12 @@ impl LightTree {
             let cosine = cos.mul_add(c, -(sin * s));
             let y = y.mul_add(splat(0.5), splat(0.5));
             let area = area * sine * weight;
-            let lines = light.corners.each_ref().map(|corners| {
+            let mut lines = [[y; 2]; 3];
+            for (line, corners) in lines.iter_mut().zip(&light.corners) {
                 let before = (corners[2] - corners[0]).mul_add(y, corners[0]);
                 let after = (corners[3] - corners[1]).mul_add(y, corners[1]);
-                [before, after - before]
-            });
+                *line = [before, after - before];
+            }
             for (&[sin_turn, cos_turn, x], &(_, weight)) in turns.iter().zip(rule) {
                 let direction = [sine * cos_turn, sine * sin_turn, cosine];
                 let value = lobe.value(simd, direction);
@@ -403,23 +445,3 @@ fn above_the_horizon<S: Simd>(
     let above = dot(simd, lobe.normal(), light, 0.0).simd_gt(zero);
     above.select(value, zero)
 }
-
-/// Gauss's rules on [−1, 1].
-const RULES: [&[(f64, f64)]; 4] = [
-    &[(0.0, 2.0)],
-    &[
-        (-0.577_350_269_189_625_8, 1.0),
-        (0.577_350_269_189_625_8, 1.0),
-    ],
-    &[
-        (-0.774_596_669_241_483_4, 5.0 / 9.0),
-        (0.0, 8.0 / 9.0),
-        (0.774_596_669_241_483_4, 5.0 / 9.0),
-    ],
-    &[
-        (-0.861_136_311_594_052_6, 0.347_854_845_137_453_86),
-        (-0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
-        (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
-        (0.861_136_311_594_052_6, 0.347_854_845_137_453_86),
-    ],
-];

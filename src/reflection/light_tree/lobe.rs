@@ -22,10 +22,19 @@ pub(crate) trait Lobe: Sync {
     /// The function in eight directions.
     fn value<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> f64x8<S>;
 
-    /// At least the size of the function, continued analytically, in a complex neighbourhood of a
-    /// direction; infinite where it is not analytic there. Where the neighbourhood is real it is
-    /// finite: at least the size of the lobe in the directions that are above the horizon.
-    fn bound<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], near: Neighbourhood<S>) -> f64x8<S>;
+    /// At least the size of the lobe in the directions above the horizon within a chord of `radius`
+    /// of the centre; finite.
+    fn size<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], radius: f64x8<S>) -> f64x8<S>;
+
+    /// What bounds about one direction have in common.
+    type At<S: Simd>: Copy;
+
+    /// That of a direction.
+    fn at<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3]) -> Self::At<S>;
+
+    /// At least the size of the function, continued analytically, in a complex neighbourhood of the
+    /// direction; infinite where it is not analytic there.
+    fn bound<S: Simd>(&self, simd: S, at: &Self::At<S>, near: Neighbourhood<S>) -> f64x8<S>;
 
     /// At least the size of the continued function at the directions within `real` of the centre
     /// whose height over the horizon is between −`depth` and `depth`; infinite if it is not
@@ -62,6 +71,8 @@ pub(crate) struct LambertLobe {
 }
 
 impl Lobe for LambertLobe {
+    type At<S: Simd> = f64x8<S>;
+
     fn normal(&self) -> DVec3 {
         self.normal
     }
@@ -72,13 +83,20 @@ impl Lobe for LambertLobe {
     }
 
     #[inline(always)]
-    fn bound<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], near: Neighbourhood<S>) -> f64x8<S> {
-        let splat = |value| f64x8::splat(simd, value);
-        let height = dot(simd, self.normal, centre, 0.0);
-        let plain = near.imaginary.simd_eq(splat(0.0));
-        let real = near.still + near.moving;
-        let top = plain.select((height + real).max(splat(0.0)), height.abs() + real);
-        top.mul_add(top, near.imaginary * near.imaginary).sqrt() * splat(1.0 / PI)
+    fn size<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], radius: f64x8<S>) -> f64x8<S> {
+        let top = dot(simd, self.normal, centre, 0.0) + radius;
+        top.max(f64x8::splat(simd, 0.0)) * f64x8::splat(simd, 1.0 / PI)
+    }
+
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3]) -> f64x8<S> {
+        dot(simd, self.normal, centre, 0.0).abs()
+    }
+
+    #[inline(always)]
+    fn bound<S: Simd>(&self, simd: S, height: &f64x8<S>, near: Neighbourhood<S>) -> f64x8<S> {
+        let top = *height + near.real + near.growth + near.shift;
+        top.mul_add(top, near.imaginary * near.imaginary).sqrt() * f64x8::splat(simd, 1.0 / PI)
     }
 
     #[inline(always)]
@@ -195,6 +213,8 @@ where
 {
     const UNTRUSTED: bool = true;
 
+    type At<S: Simd> = [f64x8<S>; 3];
+
     fn normal(&self) -> DVec3 {
         to_map(self.normal)
     }
@@ -205,8 +225,19 @@ where
     }
 
     #[inline(always)]
-    fn bound<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], near: Neighbourhood<S>) -> f64x8<S> {
-        self.bounded(simd, centre, near.still + near.moving, near.imaginary)
+    fn size<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], radius: f64x8<S>) -> f64x8<S> {
+        self.bounded(simd, centre, radius, f64x8::splat(simd, 0.0))
+    }
+
+    #[inline(always)]
+    fn at<S: Simd>(&self, _: S, centre: [f64x8<S>; 3]) -> [f64x8<S>; 3] {
+        centre
+    }
+
+    #[inline(always)]
+    fn bound<S: Simd>(&self, simd: S, at: &[f64x8<S>; 3], near: Neighbourhood<S>) -> f64x8<S> {
+        let real = near.real + near.growth + near.shift;
+        self.bounded(simd, *at, real, near.imaginary)
     }
 
     #[inline(always)]

@@ -8,6 +8,7 @@ mod lobe;
 mod neighbourhood;
 mod opening;
 mod parts;
+mod rules;
 mod small_angles;
 mod tree;
 mod ward_lobe;

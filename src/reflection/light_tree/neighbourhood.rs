@@ -2,24 +2,13 @@
 
 use fearless_simd::{f64x8, prelude::*};
 
-/// A complex neighbourhood of a direction: every x + iy with |x − centre| ≤ `still` + `moving` cos
-/// φ and |y| ≤ `imaginary` sin φ for some φ from 0 to π/2.
+/// A complex neighbourhood of a direction: every (1 + k) x + κ w + i r e, where x is a real direction
+/// no farther from the centre than `real`, as a chord; 0 ≤ k ≤ `growth`, 0 ≤ κ ≤ `shift`, 0 ≤ r ≤
+/// `imaginary`; w and e are real and no longer than 1, and e is perpendicular to x.
 #[derive(Clone, Copy)]
 pub(crate) struct Neighbourhood<S: Simd> {
-    pub(crate) still: f64x8<S>,
-    pub(crate) moving: f64x8<S>,
+    pub(crate) real: f64x8<S>,
+    pub(crate) growth: f64x8<S>,
+    pub(crate) shift: f64x8<S>,
     pub(crate) imaginary: f64x8<S>,
-}
-
-impl<S: Simd> Neighbourhood<S> {
-    /// Directions alone, no farther from the centre than `radius`.
-    #[inline(always)]
-    pub(super) fn real(simd: S, radius: f64x8<S>) -> Self {
-        let zero = f64x8::splat(simd, 0.0);
-        Self {
-            still: radius,
-            moving: zero,
-            imaginary: zero,
-        }
-    }
 }

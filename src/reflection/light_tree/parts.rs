@@ -59,9 +59,10 @@ impl LightTree {
                 }
             }
         }
-        let load = |values: &[f64; 8]| f64x8::from_slice(simd, values);
-        let [y, x, height, width] = place.each_ref().map(load);
-        let [sin, cos, sin_turn, cos_turn] = trig.each_ref().map(load);
+        let [red, green, blue] = &corners;
+        let light = [four(simd, red), four(simd, green), four(simd, blue)];
+        let [y, x, height, width] = four(simd, &place);
+        let [sin, cos, sin_turn, cos_turn] = four(simd, &trig);
         let half = 0.5 * self.step;
         let (sin_y, cos_y) = small_sin_cos(simd, y * half);
         let (sin_x, cos_x) = small_sin_cos(simd, x * half);
@@ -83,7 +84,7 @@ impl LightTree {
             x,
             height,
             width,
-            corners: corners.map(|channel| channel.map(|corner| load(&corner))),
+            corners: light,
         }
     }
 
@@ -96,6 +97,17 @@ impl LightTree {
             (trig[0][lane], trig[1][lane]) = self.row_middle[part.row as usize];
             (trig[2][lane], trig[3][lane]) = self.column_middle[part.column as usize];
         }
-        trig.map(|values| f64x8::from_slice(simd, &values))
+        four(simd, &trig)
     }
+}
+
+/// Four vectors. (The closure of an array's `map` would be compiled without vector instructions.)
+#[inline(always)]
+fn four<S: Simd>(simd: S, [a, b, c, d]: &[[f64; 8]; 4]) -> [f64x8<S>; 4] {
+    [
+        f64x8::from_slice(simd, a),
+        f64x8::from_slice(simd, b),
+        f64x8::from_slice(simd, c),
+        f64x8::from_slice(simd, d),
+    ]
 }

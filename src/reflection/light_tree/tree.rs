@@ -10,7 +10,10 @@ use crate::{Parallelism, Result, vectors};
 
 /// Chebyshev points of a box in each direction.
 pub(super) const POINTS: usize = 8;
-pub(super) const NODES: usize = POINTS * POINTS;
+const NODES: usize = POINTS * POINTS;
+
+/// On so many points a side a box may be summed.
+pub(super) const DEGREES: [usize; 3] = [4, 6, POINTS];
 
 /// The smallest boxes have 2² cells a side, and 2³ where the map has more rows than this: a matter
 /// of memory.
@@ -26,18 +29,27 @@ pub(super) struct Level {
     pub(super) half: f64,
     pub(super) rows: usize,
     pub(super) columns: usize,
-    /// For each box and channel the weights of its points, θ outside.
-    pub(super) weights: Vec<[[f64; NODES]; 3]>,
+    /// Its light on each of `DEGREES` points a side.
+    pub(super) degrees: [Degree; DEGREES.len()],
     /// For each box ∫ L dω of the brightest channel.
     pub(super) mass: Vec<f64>,
     /// For each row the sine and the cosine of its middle.
     pub(super) row_middle: Vec<(f64, f64)>,
     /// For each column the sine and the cosine of its middle.
     pub(super) column_middle: Vec<(f64, f64)>,
-    /// For each row the sines and the cosines of the points' θ, in the order of the weights.
-    pub(super) row_points: Vec<([f64; NODES], [f64; NODES])>,
-    /// For each column those of ψ of the first eight.
-    pub(super) column_points: Vec<([f64; 8], [f64; 8])>,
+}
+
+/// The boxes of one size on so many points a side. Lists of points are filled up to whole vectors
+/// with the last, which has no weight.
+#[derive(Debug)]
+pub(super) struct Degree {
+    /// The length of such a list.
+    pub(super) stride: usize,
+    /// For each box and channel the weights of its points, θ outside.
+    pub(super) weights: Vec<f64>,
+    /// For each row the sines, then the cosines of the points' θ, for each column those of ψ.
+    pub(super) rows: Vec<f64>,
+    pub(super) columns: Vec<f64>,
 }
 
 /// A map made ready for integrals against any lobe, with a bound of their errors.
@@ -45,13 +57,14 @@ pub(super) struct Level {
 /// The light is kept as a tree of boxes of the map, 4, 8, 16 … cells a side, a cell being what lies
 /// between the centres of four pixels. Each box holds the integrals of the light against Lagrange's
 /// polynomials on 8 × 8 Chebyshev points, exact for the function that [`EnvironmentMap::radiance`]
-/// is, so that a lobe that is smooth on the box is integrated by 64 of its values. Boxes on which
-/// it is not smooth enough are opened, down to cells and parts of cells. What that costs in
+/// is, and those on 4 × 4 and 6 × 6, so that a lobe that is smooth on the box is integrated by 16 to
+/// 64 of its values. Boxes on which it is not smooth enough are opened, down to cells and parts of
+/// cells. What that costs in
 /// accuracy is bounded, and the boxes are opened until the bound fits:
 /// docs/reference/rendering-bound.md.
 ///
-/// It serves all lobes and takes 128 bytes a pixel beside the map's own 24 (32 for maps of more
-/// than 1024 rows): 20 MB for 512 × 256 pixels.
+/// It serves all lobes and takes 240 bytes a pixel beside the map's own 24 (60 for maps of more
+/// than 1024 rows): 35 MB for 512 × 256 pixels.
 ///
 /// ```
 /// use lobes::illumination::EnvironmentMap;
@@ -86,19 +99,66 @@ pub struct LightTree {
 }
 
 /// The Chebyshev points, falling.
-fn points() -> [f64; POINTS] {
-    std::array::from_fn(|index| (PI * (index as f64 + 0.5) / POINTS as f64).cos())
+fn points<const N: usize>() -> [f64; N] {
+    std::array::from_fn(|index| (PI * (index as f64 + 0.5) / N as f64).cos())
 }
 
 /// Lagrange's polynomials on the points.
-fn lagrange(x: f64) -> [f64; POINTS] {
-    let nodes = points();
+fn lagrange<const N: usize>(x: f64) -> [f64; N] {
+    let nodes = points::<N>();
     std::array::from_fn(|index| {
-        (0..POINTS)
+        (0..N)
             .filter(|&other| other != index)
             .map(|other| (x - nodes[other]) / (nodes[index] - nodes[other]))
             .product()
     })
+}
+
+impl Degree {
+    /// Of boxes of a size, with these middles down and along, given their weights on `POINTS`.
+    fn new<const N: usize>(
+        half: f64,
+        [down, along]: [&[f64]; 2],
+        weights: &[[[f64; NODES]; 3]],
+    ) -> Self {
+        let stride = (N * N).next_multiple_of(8);
+        // Polynomials of fewer points are polynomials of more: at those, exactly.
+        let across = points::<POINTS>().map(lagrange::<N>);
+        let mut lower = Vec::with_capacity(3 * stride * weights.len());
+        for channel in weights.iter().flatten() {
+            let start = lower.len();
+            lower.resize(start + stride, 0.0);
+            for (line, down) in channel.chunks_exact(POINTS).zip(&across) {
+                let mut sums = [0.0; N];
+                for (weight, across) in line.iter().zip(&across) {
+                    for (sum, across) in sums.iter_mut().zip(across) {
+                        *sum += weight * across;
+                    }
+                }
+                for (line, down) in lower[start..].chunks_exact_mut(N).zip(down) {
+                    for (to, sum) in line.iter_mut().zip(sums) {
+                        *to += down * sum;
+                    }
+                }
+            }
+        }
+        let nodes = points::<N>();
+        let places = |middles: &[f64], index: fn(usize) -> usize| {
+            let mut places = Vec::with_capacity(2 * stride * middles.len());
+            for middle in middles {
+                let angle = |place: usize| middle + half * nodes[index(place.min(N * N - 1))];
+                places.extend((0..stride).map(|place| angle(place).sin()));
+                places.extend((0..stride).map(|place| angle(place).cos()));
+            }
+            places
+        };
+        Self {
+            stride,
+            weights: lower,
+            rows: places(down, |place| place / N),
+            columns: places(along, |place| place % N),
+        }
+    }
 }
 
 impl LightTree {
@@ -130,27 +190,26 @@ impl LightTree {
             total: [0.0; 3],
             simd: vectors::level(),
         };
-        tree.levels.push(tree.leaves(parallelism)?);
-        while tree
-            .levels
-            .last()
-            .is_some_and(|level| level.half < PI / 8.0)
-        {
-            let above = tree.above(&tree.levels[tree.levels.len() - 1], parallelism);
-            tree.levels.push(above);
+        let mut boxes = tree.leaves(parallelism)?;
+        loop {
+            let level = tree.level(&boxes);
+            let done = level.half >= PI / 8.0;
+            tree.levels.push(level);
+            if done {
+                break;
+            }
+            boxes = boxes.above(parallelism);
         }
-        if let Some(top) = tree.levels.last() {
-            for weights in &top.weights {
-                for (total, weights) in tree.total.iter_mut().zip(weights) {
-                    *total += weights.iter().sum::<f64>();
-                }
+        for weights in &boxes.weights {
+            for (total, weights) in tree.total.iter_mut().zip(weights) {
+                *total += weights.iter().sum::<f64>();
             }
         }
         Ok(tree)
     }
 
     /// The boxes of the lowest level.
-    fn leaves(&self, parallelism: Parallelism) -> Result<Level> {
+    fn leaves(&self, parallelism: Parallelism) -> Result<Boxes> {
         let side = self.side;
         let rows = self.rows.div_ceil(side);
         let columns = self.columns.div_ceil(side);
@@ -164,7 +223,8 @@ impl LightTree {
                 let angle = centre + half * node;
                 let weight = half * weight * if sine { angle.sin() } else { 1.0 };
                 let along = (angle - middle) / self.step + 0.5;
-                let values = lagrange((angle - box_middle) / (0.5 * self.step * side as f64));
+                let values =
+                    lagrange::<POINTS>((angle - box_middle) / (0.5 * self.step * side as f64));
                 for (index, value) in values.into_iter().enumerate() {
                     sums[0][index] += weight * (1.0 - along) * value;
                     sums[1][index] += weight * along * value;
@@ -236,15 +296,70 @@ impl LightTree {
                 })
                 .collect::<Vec<_>>()
         });
-        Ok(self.level(half, rows, columns, boxes.concat()))
+        Ok(Boxes {
+            half,
+            rows,
+            columns,
+            weights: boxes.concat(),
+        })
     }
 
+    fn level(&self, boxes: &Boxes) -> Level {
+        let Boxes {
+            half,
+            rows,
+            columns,
+            ref weights,
+        } = *boxes;
+        let mass = weights
+            .iter()
+            .map(|weights| {
+                weights
+                    .iter()
+                    .map(|weights| weights.iter().sum::<f64>())
+                    .fold(0.0, f64::max)
+            })
+            .collect();
+        let middles = |count: usize, first: f64| -> Vec<f64> {
+            (0..count)
+                .map(|index| half * (2 * index + 1) as f64 + first)
+                .collect()
+        };
+        let down = middles(rows, -0.5 * self.step);
+        let along = middles(columns, 0.5 * self.step);
+        let sides = [down.as_slice(), along.as_slice()];
+        Level {
+            half,
+            rows,
+            columns,
+            degrees: [
+                Degree::new::<{ DEGREES[0] }>(half, sides, weights),
+                Degree::new::<{ DEGREES[1] }>(half, sides, weights),
+                Degree::new::<{ DEGREES[2] }>(half, sides, weights),
+            ],
+            mass,
+            row_middle: down.iter().map(|middle| middle.sin_cos()).collect(),
+            column_middle: along.iter().map(|middle| middle.sin_cos()).collect(),
+        }
+    }
+}
+
+/// The weights of boxes on `POINTS`, while the tree is made.
+struct Boxes {
+    half: f64,
+    rows: usize,
+    columns: usize,
+    /// For each box and channel, θ outside.
+    weights: Vec<[[f64; NODES]; 3]>,
+}
+
+impl Boxes {
     /// The boxes of twice the side.
-    fn above(&self, below: &Level, parallelism: Parallelism) -> Level {
-        let (rows, columns) = (below.rows.div_ceil(2), below.columns.div_ceil(2));
+    fn above(&self, parallelism: Parallelism) -> Self {
+        let (rows, columns) = (self.rows.div_ceil(2), self.columns.div_ceil(2));
         // Each polynomial of the large box at the points of its first and its second half.
         let transfer: [[[f64; POINTS]; POINTS]; 2] =
-            [-0.5, 0.5].map(|middle| points().map(|point| lagrange(middle + 0.5 * point)));
+            [-0.5, 0.5].map(|middle| points().map(|point: f64| lagrange(middle + 0.5 * point)));
         let boxes = parallelism.map(rows, |row| {
             (0..columns)
                 .map(|column| {
@@ -252,10 +367,10 @@ impl LightTree {
                     for (side, down) in transfer.iter().enumerate() {
                         for (turn, across) in transfer.iter().enumerate() {
                             let (child_row, child_column) = (2 * row + side, 2 * column + turn);
-                            if child_row >= below.rows || child_column >= below.columns {
+                            if child_row >= self.rows || child_column >= self.columns {
                                 continue;
                             }
-                            let child = &below.weights[child_row * below.columns + child_column];
+                            let child = &self.weights[child_row * self.columns + child_column];
                             for (sum, child) in weights.iter_mut().zip(child) {
                                 for (from, down) in child.chunks_exact(POINTS).zip(down) {
                                     let mut line = [0.0; POINTS];
@@ -277,54 +392,11 @@ impl LightTree {
                 })
                 .collect::<Vec<_>>()
         });
-        self.level(2.0 * below.half, rows, columns, boxes.concat())
-    }
-
-    fn level(
-        &self,
-        half: f64,
-        rows: usize,
-        columns: usize,
-        weights: Vec<[[f64; NODES]; 3]>,
-    ) -> Level {
-        let mass = weights
-            .iter()
-            .map(|weights| {
-                weights
-                    .iter()
-                    .map(|weights| weights.iter().sum::<f64>())
-                    .fold(0.0, f64::max)
-            })
-            .collect();
-        let row_at = |row: usize| half * (2 * row + 1) as f64 - 0.5 * self.step;
-        let column_at = |column: usize| half * (2 * column + 1) as f64 + 0.5 * self.step;
-        let points = points();
-        Level {
-            half,
+        Self {
+            half: 2.0 * self.half,
             rows,
             columns,
-            weights,
-            mass,
-            row_middle: (0..rows).map(|row| row_at(row).sin_cos()).collect(),
-            column_middle: (0..columns)
-                .map(|column| column_at(column).sin_cos())
-                .collect(),
-            row_points: (0..rows)
-                .map(|row| {
-                    let at: [(f64, f64); NODES] = std::array::from_fn(|index| {
-                        (row_at(row) + half * points[index / POINTS]).sin_cos()
-                    });
-                    (at.map(|(sin, _)| sin), at.map(|(_, cos)| cos))
-                })
-                .collect(),
-            column_points: (0..columns)
-                .map(|column| {
-                    let at: [(f64, f64); 8] = std::array::from_fn(|index| {
-                        (column_at(column) + half * points[index % POINTS]).sin_cos()
-                    });
-                    (at.map(|(sin, _)| sin), at.map(|(_, cos)| cos))
-                })
-                .collect(),
+            weights: boxes.concat(),
         }
     }
 }

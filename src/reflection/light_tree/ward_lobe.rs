@@ -102,7 +102,7 @@ impl WardLobe {
 
     /// A bound of the lobe where −Re t² is at most `exponent` and |1 + t²| at most `stretch`, the
     /// half vector's height is at least `up`, the light's at most `height` in size, and the light
-    /// at most `away` from a unit vector.
+    /// at most `away` from a direction.
     #[inline(always)]
     fn bounded<S: Simd>(
         &self,
@@ -117,15 +117,45 @@ impl WardLobe {
         let exponent = exponent * splat(1.0 / (self.sigma * self.sigma));
         let gaussian = exponential::<S, 10>(simd, exponent.min(splat(700.0))) * splat(self.scale);
         let recip = splat(1.0) / up;
-        // 1 + t² is 2 (1 + v·i) over the square of the height.
-        let stretch = stretch.min((away + splat(2.0)) * splat(2.0) * recip * recip);
+        // 1 + t² is the square of the half vector over that of its height.
+        let longest = (away + splat(2.0)) * recip;
+        let stretch = stretch.min(longest * longest);
         let value = self.factors(gaussian, height, stretch, recip);
         let finite = splat(0.0).simd_lt(up) & exponent.simd_lt(splat(700.0));
         finite.select(value, splat(f64::INFINITY))
     }
 }
 
+/// √(1 − h²): how far a direction of height h is from the normal's axis.
+#[inline(always)]
+fn beside<S: Simd>(simd: S, height: f64x8<S>) -> f64x8<S> {
+    let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+    (one - height * height).max(zero).sqrt()
+}
+
+/// No direction within a chord of `radius` of one of this height is lower.
+#[inline(always)]
+fn lowest<S: Simd>(simd: S, height: f64x8<S>, beside: f64x8<S>, radius: f64x8<S>) -> f64x8<S> {
+    let splat = |value| f64x8::splat(simd, value);
+    // The cosine of the sum of two angles that do not come to π; else the chord itself.
+    let turned = height * (radius * radius).mul_add(splat(-0.5), splat(1.0)) - beside * radius;
+    let plain = height - radius;
+    (splat(-0.5).simd_lt(height) & radius.simd_lt(splat(1.0))).select(turned.max(plain), plain)
+}
+
+/// A Ward lobe about a direction.
+#[derive(Clone, Copy)]
+pub(crate) struct WardAt<S: Simd> {
+    /// The height of the light, √(1 − height²), the half vector's slope μ in size, and √(1 + μ²).
+    height: f64x8<S>,
+    beside: f64x8<S>,
+    slope: f64x8<S>,
+    long: f64x8<S>,
+}
+
 impl Lobe for WardLobe {
+    type At<S: Simd> = WardAt<S>;
+
     fn normal(&self) -> DVec3 {
         self.normal
     }
@@ -145,50 +175,72 @@ impl Lobe for WardLobe {
     }
 
     #[inline(always)]
-    fn bound<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], near: Neighbourhood<S>) -> f64x8<S> {
+    fn size<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], radius: f64x8<S>) -> f64x8<S> {
         let splat = |value| f64x8::splat(simd, value);
         let (height, _, square) = self.half(simd, centre);
+        let centre_up = height + splat(self.cosine);
+        // Above the horizon the half vector is no lower than the view.
+        let lowest = lowest(simd, height, beside(simd, height), radius);
+        let up = lowest.max(splat(0.0)) + splat(self.cosine);
+        let moved = (square + splat(1.0)).sqrt() * radius / up;
+        // Of a centre that is lower than any light above the horizon the slope says nothing.
+        let known = centre_up.simd_gt(splat(1e-6));
+        let moved = known.select(moved, splat(1e100));
+        let slope = square.sqrt();
+        let least = (slope - moved).max(splat(0.0));
+        let stretch = (slope + moved).mul_add(slope + moved, splat(1.0));
+        let top = (height + radius).max(splat(0.0)).min(splat(1.0));
+        self.bounded(simd, -(least * least), stretch, up, top, splat(0.0))
+    }
+
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3]) -> WardAt<S> {
+        let (height, _, square) = self.half(simd, centre);
+        WardAt {
+            height,
+            beside: beside(simd, height),
+            slope: square.sqrt(),
+            long: (square + 1.0).sqrt(),
+        }
+    }
+
+    /// Step by step as docs/reference/rendering-bound.md has it.
+    #[inline(always)]
+    fn bound<S: Simd>(&self, simd: S, at: &WardAt<S>, near: Neighbourhood<S>) -> f64x8<S> {
+        let splat = |value| f64x8::splat(simd, value);
         let Neighbourhood {
-            still,
-            moving,
+            real,
+            growth,
+            shift,
             imaginary,
         } = near;
-        let real = still + moving;
-        let centre_up = height + splat(self.cosine);
         let (zero, one) = (splat(0.0), splat(1.0));
-        let plain = imaginary.simd_eq(zero);
-        // Above the horizon the half vector is no lower than the view.
-        let lowest = centre_up - real;
-        let up = plain.select(lowest.max(splat(self.cosine)), lowest);
-        let long = (square + one).sqrt() / up;
-        // Of D/(h + δ): docs/reference/rendering-bound.md. Of a centre that is lower than any light
-        // above the horizon the slope says nothing.
-        let known = centre_up.simd_gt(splat(1e-6));
-        let still_slope = known.select(
-            long * imaginary.mul_add(imaginary / up, still),
-            splat(1e100),
-        );
-        let moving_slope = long * moving;
-        let turned = long * imaginary * (real / up + one);
-        let slope = square.sqrt();
-        // The largest of P² (1 − c²) − (u − Q c)₊² over c from 0 to 1.
-        let rest = slope - still_slope;
-        let squares = turned.mul_add(turned, moving_slope * moving_slope);
-        let inside = turned * turned * (one - rest * rest / squares.max(splat(1e-300)));
-        let end = rest - moving_slope;
-        let at_end = (moving_slope * rest).simd_ge(squares);
-        let most = rest
-            .simd_gt(zero)
-            .select(at_end.select(-(end * end), inside), turned * turned);
-        let top = height + real;
-        let size = top.mul_add(top, imaginary * imaginary).sqrt();
-        let highest = plain.select(top.max(zero), size);
-        let farthest = still_slope + moving_slope;
-        let stretch = (slope + farthest).mul_add(slope + farthest, turned.mul_add(turned, one));
-        let value = self.bounded(simd, most, stretch, up, highest, real + imaginary);
+        // Of the real direction x: its height, how far its slope is from the centre's, its slope,
+        // √(1 + slope²) and its distance from the normal's axis.
+        let low = lowest(simd, at.height, at.beside, real);
+        let moved = at.long * real / (low + splat(self.cosine));
+        let steep = at.slope + moved;
+        let long = (at.long + moved).min(steep.mul_add(steep * 0.5, one));
+        let sideways = (at.beside + real).min(one);
+        // From x to the complex vector.
+        let up = low + splat(self.cosine) + (low.min(zero) * growth - shift);
+        let recip = one / up;
+        let turned = imaginary * recip;
+        let away = long.mul_add(shift, growth * long.min(sideways + steep)) * recip;
+        let more = long.mul_add(turned * turned * sideways, away);
+        let turned = turned * away.mul_add(sideways, long);
+        let rest = (at.slope - moved - more).max(zero);
+        let exponent = turned.mul_add(turned, -(rest * rest));
+        let steep = steep + more;
+        let stretch = steep.mul_add(steep, turned.mul_add(turned, one));
+        let top = (at.height.abs() + real).min(one);
+        let top = growth.mul_add(top, top) + shift;
+        // √(a² + b²) ≤ max + (√2 − 1) min.
+        let top = top.max(imaginary) + top.min(imaginary) * 0.4143;
+        let value = self.bounded(simd, exponent, stretch, up, top, growth + shift + imaginary);
         if self.has_a_root() {
             // The root is analytic where the height's real part is positive.
-            let smooth = plain | (height - real).simd_gt(zero);
+            let smooth = zero.simd_lt(low - shift);
             return smooth.select(value, splat(f64::INFINITY));
         }
         value
@@ -207,18 +259,16 @@ impl Lobe for WardLobe {
             return splat(f64::INFINITY);
         }
         let (height, _, square) = self.half(simd, centre);
-        let lowest = height + splat(self.cosine) - real;
-        let long = (square + splat(1.0)).sqrt();
-        let moved = long * real / lowest;
-        let up = lowest.max(splat(self.cosine) - depth);
+        let low = lowest(simd, height, beside(simd, height), real).max(-depth);
+        let up = low + splat(self.cosine);
+        let moved = (square + splat(1.0)).sqrt() * real / up;
         let slope = square.sqrt();
         let least = (slope - moved).max(splat(0.0));
         let most = slope + moved;
         let stretch = most.mul_add(most, splat(1.0));
-        let value = self.bounded(simd, -(least * least), stretch, up, depth, real);
-        splat(0.0)
-            .simd_lt(lowest)
-            .select(value, splat(f64::INFINITY))
+        let value = self.bounded(simd, -(least * least), stretch, up, depth, splat(0.0));
+        let known = (height + splat(self.cosine)).simd_gt(splat(1e-6));
+        known.select(value, splat(f64::INFINITY))
     }
 
     #[inline(always)]
@@ -231,9 +281,9 @@ impl Lobe for WardLobe {
         let near = splat(self.sigma * (0.5 * order).sqrt());
         let far = splat(0.5 * order * self.sigma * self.sigma) / square.sqrt();
         let slope = near.min(far) / (square + splat(1.0)).sqrt();
-        // A reach of x moves the slope by x/(1 − x)², over the height of the half vector.
-        let four = slope.mul_add(splat(4.0), splat(1.0)).sqrt();
-        let reach = up * (slope * 2.0 + 1.0 - four) / (slope * 2.0);
+        // The real part moves about half as far, which lowers the half vector.
+        let lowered = (beside(simd, height) + 0.35) * slope * 1.3 + 1.0;
+        let reach = (up * slope * 0.9 / lowered).min(up * 0.4).max(splat(1e-9));
         if self.has_a_root() {
             return reach.min(height * splat(0.6));
         }
@@ -271,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn no_complex_direction_passes_the_bound() {
+    fn no_complex_vector_passes_the_bound() {
         let mut random = rand_pcg::Pcg64::seed_from_u64(5);
         let mut unit = || random.random::<f64>();
         let (mut finite, mut closest) = (0, 0.0f64);
@@ -291,16 +341,18 @@ mod tests {
             let ward = Ward::isotropic(Variant::ALL[index / 4 % 4], sigma).unwrap();
             let lobe = WardLobe::new(&ward, normal, view);
             let size = sigma * (2.0 * unit());
-            let (still, moving, imaginary) = (size * unit(), size * unit(), size * unit() + 1e-9);
+            let [real, growth, shift] = [1.0, 0.2, 0.2].map(|part| part * size * unit());
+            let imaginary = size * unit() + 1e-9;
             let bound = dispatch!(vectors::level(), simd => {
                 let splat = |value| f64x8::splat(simd, value);
                 let near = Neighbourhood {
-                    still: splat(still),
-                    moving: splat(moving),
+                    real: splat(real),
+                    growth: splat(growth),
+                    shift: splat(shift),
                     imaginary: splat(imaginary),
                 };
                 let centre = [splat(centre.x), splat(centre.y), splat(centre.z)];
-                lobe.bound(simd, centre, near).reduce_max()
+                lobe.bound(simd, &lobe.at(simd, centre), near).reduce_max()
             });
             if bound.is_infinite() {
                 continue;
@@ -312,10 +364,16 @@ mod tests {
                     let across = (1.0 - z * z).sqrt();
                     DVec3::new(across * turn.cos(), across * turn.sin(), z)
                 };
-                let (away, sideways) = (direction(), direction());
-                let (sin, cos) = (1.6 * unit()).min(std::f64::consts::FRAC_PI_2).sin_cos();
-                let x = centre + away * (still + moving * cos);
-                let value = complex(&lobe, x, sideways * (imaginary * sin));
+                let (tangent, aside, pushed) = (direction(), direction(), direction());
+                // A direction at a chord of at most `real`, and one across it.
+                let chord = (real * unit()).min(2.0);
+                let along = tangent.reject_from(centre).normalize();
+                let square = 0.5 * chord * chord;
+                let light =
+                    centre * (1.0 - square) + along * (square * (2.0 - square)).max(0.0).sqrt();
+                let across = aside.reject_from(light).normalize();
+                let x = light * (1.0 + growth * unit()) + pushed * (shift * unit());
+                let value = complex(&lobe, x, across * (imaginary * unit().sqrt()));
                 closest = closest.max(value / bound);
                 assert!(
                     value <= bound * (1.0 + 1e-11),
