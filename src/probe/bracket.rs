@@ -20,6 +20,9 @@ const FEWEST: usize = 100;
 /// this, as a share, the pictures are believed: 1/60 is 1/64.
 const NOMINAL: f64 = 0.2;
 
+/// What is darker than this share of what saturates, in the darker picture, tells no shift.
+const PLAIN: f64 = 0.02;
+
 /// How often a shift is bettered.
 const ROUNDS: usize = 6;
 
@@ -303,6 +306,8 @@ fn shift(
 ) -> Option<f64> {
     let (width, height) = (dark.width / factor, dark.height / factor);
     let high = BRIGHT * bright.ceiling;
+    // Of three channels; below it noise would be taken for a shift.
+    let low = 3.0 * PLAIN * scale_of(dark);
     // The mean luminance of what both show; NaN elsewhere.
     let reduced = |picture: &Shot, scale: f64| -> Vec<f64> {
         (0..width * height)
@@ -315,7 +320,8 @@ fn shift(
                         let outside = circle.is_some_and(|c| {
                             (x as f64 + 0.5 - c.x).hypot(y as f64 + 0.5 - c.y) > 1.1 * c.radius
                         });
-                        if outside || bright.pixels[at].iter().any(|v| *v >= high) {
+                        let dim = dark.pixels[at].iter().sum::<f64>() < low;
+                        if outside || dim || bright.pixels[at].iter().any(|v| *v >= high) {
                             return f64::NAN;
                         }
                         sum += scale * picture.pixels[at].iter().sum::<f64>();

@@ -1227,3 +1227,115 @@ fn what_evaluate_cannot_compare_is_a_sentence() {
         &["size", "0"],
     );
 }
+
+/// A linear picture of a ball that mirrors a bright sky over dark ground, before grey.
+fn mirrored(folder: &Path, name: &str, scale: f64) {
+    let pixels = (0..120 * 120).map(|i| {
+        let (x, y) = ((i % 120) as f64 - 59.5, 59.5 - (i / 120) as f64);
+        let off = x.hypot(y) / 50.0;
+        // Above the middle a far camera sees the upper half of the world mirrored.
+        let value = if off > 1.0 {
+            0.4
+        } else if y > 0.0 {
+            1.6
+        } else {
+            0.2
+        };
+        [scale * value, scale * value, 2.0 * scale * value]
+    });
+    let picture = lobes::files::Picture {
+        width: 120,
+        height: 120,
+        pixels: pixels.collect(),
+    };
+    lobes::files::write_exr(
+        &folder.join(name),
+        &picture,
+        lobes::files::Precision::Single,
+    )
+    .unwrap();
+}
+
+#[test]
+fn a_mirror_ball_becomes_a_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    mirrored(at, "ball.exr", 0.5);
+    let verb = [
+        "probe",
+        "ball.exr",
+        "--circle",
+        "60,60,50",
+        "--reflectance",
+        "0.5",
+        "--json",
+    ];
+    let rest = ["--rows", "16", "--photographer", "20", "--out", "light.exr"];
+    let output = lobes(&[&verb[..], &rest[..]].concat(), at);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (&line["rows"], &line["distance"]),
+        (&16.into(), &serde_json::Value::Null)
+    );
+    // The cone of the photographer is (1 − cos 20°)/2 of the sphere; the rim hides some too.
+    let seen = line["seen"].as_f64().unwrap();
+    assert!((0.85..0.97).contains(&seen), "{seen}");
+    let map = lobes::illumination::read(&at.join("light.exr"), None).unwrap();
+    let up = map.radiance(lobes::glam::DVec3::Y);
+    assert!(
+        (up[0] - 1.6).abs() < 1e-3 && (up[2] - 3.2).abs() < 1e-3,
+        "{up:?}"
+    );
+    assert!((map.radiance(lobes::glam::DVec3::NEG_Y)[1] - 0.2).abs() < 1e-3);
+    let picture = lobes::picture::Picture::read(&at.join("light.exr")).unwrap();
+    assert!(
+        picture.mask().unwrap().contains(&0.0),
+        "the photographer is transparent"
+    );
+    // Bad input is one sentence each.
+    mirrored(at, "other.exr", 0.1);
+    std::fs::write(at.join("not.jpg"), b"no picture").unwrap();
+    for (arguments, words) in [
+        (
+            &["probe", "none.jpg"][..],
+            &["none.jpg", "cannot be read"][..],
+        ),
+        (&["probe", "not.jpg"], &["not.jpg", "none of PNG"]),
+        (
+            &["probe", "ball.exr", "--exposures", "1,2"],
+            &["2 exposures", "1 photographs"],
+        ),
+        (
+            &[
+                "probe",
+                "ball.exr",
+                "--circle",
+                "60,60,50",
+                "--distance",
+                "0.5",
+            ],
+            &["distance", "0.5"],
+        ),
+        (
+            &["probe", "ball.exr", "--circle", "10,60,50"],
+            &["circle", "10.0"],
+        ),
+        (
+            &["probe", "ball.exr", "--circle", "60,60,50", "--rows", "7"],
+            &["rows", "7"],
+        ),
+        (
+            &[
+                "probe", "ball.exr", "--circle", "60,60,50", "--grey", "20,20,9",
+            ],
+            &["sun", "saturated"],
+        ),
+    ] {
+        fails(at, arguments, words);
+    }
+}
