@@ -49,14 +49,7 @@ pub(super) fn run(options: &Evaluate) -> Result<()> {
     let (pairs, mut problems) = pairs(options, &names)?;
     let output = OutputFolder::open(&options.out)?;
     let done = options.out.join("done");
-    std::fs::create_dir_all(&done).map_err(|error| {
-        Error::file(
-            &done,
-            format!("the folder cannot be made ({error})"),
-            "name another one with --out",
-        )
-    })?;
-    let lock = FolderLock::take(&done)?;
+    let lock = FolderLock::take(&options.out)?;
     let evaluator = Evaluator::new(protocol, options.size, Parallelism::Rayon)?;
     let bar = progress::bar(pairs.len(), "pairs");
     let results = Parallelism::Rayon.map(pairs.len(), |i| {
@@ -310,6 +303,14 @@ fn compare(options: &Evaluate, pair: &Pair, evaluator: &Evaluator, done: &Path) 
     };
     let text = serde_json::to_string(&errors)
         .map_err(|error| Error::system("the errors have no JSON form", error))?;
+    // With the first of them: where nothing can be compared nothing is left behind.
+    std::fs::create_dir_all(done).map_err(|error| {
+        Error::file(
+            done,
+            format!("the folder cannot be made ({error})"),
+            "name another one with --out",
+        )
+    })?;
     write_file(&kept, text.as_bytes())?;
     Ok(errors)
 }

@@ -24,9 +24,8 @@ const EDGE: f64 = 0.05;
 /// pixel.
 ///
 /// At its rim a ball mirrors what is straight behind it, so that only its reflectance tells it from
-/// what is there. Of simulated balls before the map itself the radius is off by 0.6 % in the
-/// median, and by several per cent where both are blurred: docs/how-to/probe.md has the table. Give the circle
-/// where it matters.
+/// what is there. Of simulated balls before the map itself the radius is off by 1.3 % in the median:
+/// docs/how-to/probe.md has the table. Give the circle where it matters.
 pub fn refine(picture: &Radiance, circle: Circle) -> Circle {
     let sums = picture.pixels.iter().map(|p| p.iter().sum::<f64>());
     let floor = 1e-3 * sums.clone().sum::<f64>() / picture.pixels.len().max(1) as f64;
