@@ -1,4 +1,4 @@
-//! Complex fields against SciPy's complex harmonics.
+//! Complex fields against `SciPy`'s complex harmonics.
 
 use serde::Deserialize;
 

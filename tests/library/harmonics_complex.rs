@@ -19,7 +19,7 @@ fn random(degree: usize) -> ComplexCoefficients {
     ComplexCoefficients::from_vec(degree, values.collect()).unwrap()
 }
 
-/// Σ a_lm Y_lm from the real harmonics, with Y_lm = (−1)^m (Y^m + i Y^−m)/√2 and Y_l,−m = (−1)^m Ȳ_lm.
+/// `Σ a_lm Y_lm` from the real harmonics, `Y_lm = (−1)^m (Y^m + i Y^−m)/√2` and `Y_l,−m = (−1)^m Ȳ_lm`.
 fn field(a: &ComplexCoefficients, direction: DVec3) -> Complex64 {
     let degree = a.degree();
     let mut y = vec![0.0; (degree + 1) * (degree + 1)];
