@@ -18,8 +18,9 @@ use lobes::illumination::{EnvironmentMap, builtin};
 use lobes::inference::{FinishLearning, FinishModel};
 use lobes::picture::encode_png;
 use lobes_experiments::{
-    FinishShots, FinishTable, Nuisances, Outline, finish_cross_entropy, finish_samples,
-    judge_finishes, learned_and_judged, simulate, wilson,
+    FinishShots, FinishTable, Nuisances, Outline, Thing, ThingTally, finish_cross_entropy,
+    finish_samples, judge_finishes, judge_things, learned_and_judged, simulate, simulate_thing,
+    wilson,
 };
 
 pub(super) fn run(options: &Finishes) -> Result<()> {
@@ -42,7 +43,7 @@ pub(super) fn run(options: &Finishes) -> Result<()> {
         .map(|(name, nuisances)| (name, nuisances, Outline::Told))
         .collect();
     tables.push(("all, and the ball is found", Nuisances::ALL, Outline::Found));
-    let bar = progress::bar(tables.len() * shots.lights, "judging");
+    let bar = progress::bar(tables.len() * shots.lights + Thing::ALL.len(), "judging");
     for (name, nuisances, outline) in tables {
         let shots = FinishShots { nuisances, ..shots };
         let table = judge_finishes(
@@ -68,8 +69,20 @@ pub(super) fn run(options: &Finishes) -> Result<()> {
         }))?;
         rows.push((name, table));
     }
+    // Forty of each kind beside 150 lights.
+    let each = (4 * shots.lights).div_ceil(15);
+    let all = Parallelism::Rayon;
+    let things = judge_things(&model, &judged, each, shots.seed, all, &|| bar.inc(1))?;
+    for tally in &things {
+        console::json(&json!({
+            "thing": tally.thing.name(),
+            "pictures": tally.pictures,
+            "found": tally.found,
+            "told": tally.told,
+        }))?;
+    }
     bar.finish_and_clear();
-    let text = markdown(&rows);
+    let text = markdown(&rows, &things);
     console::answer(text.trim_end());
     let Some(path) = &options.write else {
         return Ok(());
@@ -149,12 +162,13 @@ fn learn(folder: &Path, options: &Finishes, maps: &[EnvironmentMap]) -> Result<F
     Ok(model)
 }
 
-/// A sheet of photographs as they are judged: two of each light, in rows of twelve.
+/// A sheet of photographs as they are judged, two of each light, in rows of twelve; in the last row
+/// pictures without a ball.
 fn sheet(maps: &[EnvironmentMap]) -> Result<Vec<u8>> {
     const COLUMNS: usize = 12;
-    const ROWS: usize = 4;
+    const ROWS: usize = 5;
     const CELL: usize = 96;
-    let of_lights = Parallelism::Rayon.map(COLUMNS * ROWS / 2, |light| {
+    let of_lights = Parallelism::Rayon.map(COLUMNS * (ROWS - 1) / 2, |light| {
         let seed = FinishShots::JUDGED.seed * 1_000_000 + light as u64;
         simulate(maps, Nuisances::ALL, seed, 2)
     });
@@ -163,6 +177,14 @@ fn sheet(maps: &[EnvironmentMap]) -> Result<Vec<u8>> {
         for photograph in of_light? {
             photographs.push(photograph.picture()?);
         }
+    }
+    let things = Thing::ALL.iter().cycle().take(COLUMNS).zip(0u64..);
+    for (thing, i) in things {
+        photographs.push(simulate_thing(
+            maps,
+            *thing,
+            FinishShots::JUDGED.seed * 1_000_000 + i,
+        )?);
     }
     Ok(encode_png(
         COLUMNS * CELL,
@@ -227,7 +249,7 @@ fn percent(part: usize, whole: usize) -> String {
     }
 }
 
-fn markdown(rows: &[(&str, FinishTable)]) -> String {
+fn markdown(rows: &[(&str, FinishTable)], things: &[ThingTally]) -> String {
     let mut text = String::new();
     let mut line = |line: String| {
         // Writing to a string does not fail.
@@ -293,5 +315,29 @@ fn markdown(rows: &[(&str, FinishTable)]) -> String {
             }
         }
     }
+    line(String::new());
+    line("Pictures without a ball, in which a finish that is told is a false alarm:".into());
+    line(String::new());
+    line("| what they show | pictures | something round found | a finish told |".into());
+    line("| --- | ---: | ---: | ---: |".into());
+    for tally in things {
+        line(format!(
+            "| {} | {} | {} | {} |",
+            tally.thing.name(),
+            tally.pictures,
+            tally.found,
+            tally.told
+        ));
+    }
+    let sum = |of: fn(&ThingTally) -> usize| things.iter().map(of).sum::<usize>();
+    let (pictures, told) = (sum(|t| t.pictures), sum(|t| t.told));
+    let (low, high) = wilson(told, pictures, 0.95);
+    line(format!(
+        "| all | {pictures} | {} | {told}: {} ({:.1} – {:.1}) |",
+        sum(|t| t.found),
+        percent(told, pictures),
+        100.0 * low,
+        100.0 * high
+    ));
     text
 }

@@ -6,7 +6,7 @@ use lobes::picture::Circle;
 use lobes::reflectance::Finish;
 use lobes::{Error, Parallelism, Result};
 
-use crate::simulation::{Nuisances, SimulatedPhotograph, simulate};
+use crate::simulation::{Nuisances, SimulatedPhotograph, Thing, simulate, simulate_thing};
 
 /// Which simulated photographs are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,10 +22,10 @@ pub struct FinishShots {
 }
 
 impl FinishShots {
-    /// What the model in the repository has learned from: 1800 lights, 28 balls in each, seed 2.
+    /// What the model in the repository has learned from: 3000 lights, 44 balls in each, seed 2.
     pub const LEARNED: Self = Self {
-        lights: 1800,
-        balls: 28,
+        lights: 3000,
+        balls: 44,
         seed: 2,
         nuisances: Nuisances::ALL,
     };
@@ -269,4 +269,55 @@ pub fn judge_finishes(
         table.join(&of_light?);
     }
     Ok(table)
+}
+
+/// What was said of pictures without a ball.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ThingTally {
+    /// What they show.
+    pub thing: Thing,
+    /// How many pictures there are.
+    pub pictures: usize,
+    /// In how many of them something round was taken for the outline of a ball.
+    pub found: usize,
+    /// Of how many of these a finish was told, and not "no single finish": the false alarms.
+    pub told: usize,
+}
+
+/// Tries a model on pictures without a ball, so many of each kind; `done` is called after each kind.
+///
+/// # Errors
+/// What the renderer finds wrong.
+pub fn judge_things(
+    model: &FinishModel,
+    environments: &[EnvironmentMap],
+    each: usize,
+    seed: u64,
+    parallelism: Parallelism,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<ThingTally>> {
+    let reader = PortraitReader::new()?;
+    let tallies = Thing::ALL.into_iter().enumerate().map(|(kind, thing)| {
+        let said = parallelism.map(each, |i| {
+            let seed = seed.wrapping_mul(1_000_000) + (kind * each + i) as u64;
+            let picture = simulate_thing(environments, thing, seed)?;
+            let read = picture
+                .circle()
+                .and_then(|circle| reader.read(&picture, circle));
+            match read {
+                Ok(portrait) => Ok(Some(model.verdict(&portrait)?.finish())),
+                Err(error) if unreadable(&error) => Ok(None),
+                Err(error) => Err(error),
+            }
+        });
+        let said = said.into_iter().collect::<Result<Vec<_>>>()?;
+        done();
+        Ok(ThingTally {
+            thing,
+            pictures: each,
+            found: said.iter().flatten().count(),
+            told: said.iter().flatten().flatten().count(),
+        })
+    });
+    tallies.collect()
 }

@@ -29,11 +29,11 @@ pub use evaluate::{
 };
 pub use experts::{ColourExpert, EvidenceExpert, LogRadianceExpert, light_spectrum};
 pub use finishes::{
-    FinishShots, FinishTable, Outline, finish_cross_entropy, finish_samples, judge_finishes,
-    learned_and_judged,
+    FinishShots, FinishTable, Outline, ThingTally, finish_cross_entropy, finish_samples,
+    judge_finishes, judge_things, learned_and_judged,
 };
 pub use harness::{Harness, Method};
 pub use interval::{mcnemar, wilson};
 pub use nearest::{NearestNeighbour, Scaling};
 pub use protocol::Protocol;
-pub use simulation::{Nuisances, SimulatedPhotograph, simulate};
+pub use simulation::{Nuisances, SimulatedPhotograph, Thing, simulate, simulate_thing};

@@ -96,10 +96,10 @@ pub struct FinishLearning {
 }
 
 impl Default for FinishLearning {
-    /// Ten epochs of batches of 64, a rate of 0.003, a decay of 0.01, seed 1.
+    /// Eight epochs of batches of 64, a rate of 0.003, a decay of 0.01, seed 1.
     fn default() -> Self {
         Self {
-            epochs: 10,
+            epochs: 8,
             batch: 64,
             rate: 3e-3,
             decay: 1e-2,

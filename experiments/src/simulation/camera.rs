@@ -152,16 +152,18 @@ impl Camera {
         if self.blur > 0.0 {
             blur(light, side, self.blur);
         }
+        let curve = Curve::of(self);
+        let noisy = self.noise > 0.0 || self.shot > 0.0;
         for rgb in light.iter_mut() {
-            for c in 0..3 {
-                let v = rgb[c].max(0.0);
-                rgb[c] = v + draw.normal() * (self.noise * self.noise + self.shot * v).sqrt();
+            for value in rgb.iter_mut().filter(|_| noisy) {
+                let v = value.max(0.0);
+                *value = v + draw.normal() * (self.noise * self.noise + self.shot * v).sqrt();
             }
             let y = Luminance::Rec709.of(*rgb);
             for c in 0..3 {
                 let v = y + self.saturation * (rgb[c] - y);
                 let v = if self.grey { y } else { v };
-                rgb[c] = self.curve(v);
+                rgb[c] = curve.at(v);
             }
         }
         if self.local > 0.0 || self.sharpening > 0.0 {
@@ -239,6 +241,27 @@ impl Camera {
                 / (t.powf(self.contrast) + (1.0 - t).powf(self.contrast)).max(1e-9)
         };
         s(code)
+    }
+}
+
+/// A camera's curve, looked up: linear between so many roots of light, to a few 10⁻⁵.
+struct Curve([f64; Self::STEPS + 2]);
+
+impl Curve {
+    const STEPS: usize = 1024;
+
+    fn of(camera: &Camera) -> Self {
+        Self(std::array::from_fn(|i| {
+            let root = i as f64 / Self::STEPS as f64;
+            camera.curve(root * root)
+        }))
+    }
+
+    /// The code of light; all of 1 and more is white.
+    fn at(&self, light: f64) -> f64 {
+        let place = light.clamp(0.0, 1.0).sqrt() * Self::STEPS as f64;
+        let i = place as usize;
+        self.0[i] + (self.0[i + 1] - self.0[i]) * (place - i as f64)
     }
 }
 

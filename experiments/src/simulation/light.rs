@@ -1,6 +1,6 @@
 //! The light in which simulated photographs are taken.
 
-use lobes::glam::DVec3;
+use lobes::glam::{DMat3, DVec3};
 
 use super::draw::{Draw, mix, smoothstep, times};
 use super::noise::Noise;
@@ -153,7 +153,23 @@ impl Light {
             Some(&environments[draw.index(environments.len())])
         };
         // Of mean luminance one.
-        let scale = environment.map_or(1.0, |e| 1.0 / Luminance::Rec709.of(e.mean()).max(1e-9));
+        let even = |map: &EnvironmentMap| 1.0 / Luminance::Rec709.of(map.mean()).max(1e-9);
+        let scale = environment.map_or(1.0, even);
+        // Two places, joined: light that nobody measured, of which every part was.
+        let joined = if staged && environment.is_some() && draw.chance(0.4) {
+            let other = &environments[draw.index(environments.len())];
+            let strength = even(other) * draw.log_between(0.3, 3.0);
+            let (axis, turn) = (draw.direction(), draw.between(0.0, std::f64::consts::TAU));
+            Some((
+                other,
+                strength,
+                axis,
+                DMat3::from_rotation_y(turn),
+                draw.between(0.05, 0.8),
+            ))
+        } else {
+            None
+        };
         let tint = {
             let warm = 0.12 * draw.normal();
             let green = 0.04 * draw.normal();
@@ -238,7 +254,16 @@ impl Light {
         let radiance = |d: DVec3| -> [f64; 3] {
             let up = level(d);
             let mut light = match environment {
-                Some(map) => map.radiance(world(up)).map(|v| v * scale),
+                Some(map) => {
+                    let first = map.radiance(world(up)).map(|v| v * scale);
+                    match &joined {
+                        None => first,
+                        Some((other, strength, axis, turn, soft)) => {
+                            let second = other.radiance(*turn * up).map(|v| v * strength);
+                            mix(first, second, smoothstep(-soft, *soft, up.dot(*axis)))
+                        }
+                    }
+                }
                 None => {
                     let t = smoothstep(-0.4, 0.8, up.y);
                     let base = mix(walls, ceiling, t);

@@ -6,12 +6,15 @@
 //! Everything is drawn by `Pcg64` from a seed.
 
 mod camera;
+mod disc;
 mod draw;
 mod light;
 mod noise;
 mod nuisances;
 mod photograph;
 mod surface;
+mod things;
 
 pub use nuisances::Nuisances;
 pub use photograph::{SimulatedPhotograph, simulate};
+pub use things::{Thing, simulate_thing};

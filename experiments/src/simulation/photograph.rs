@@ -11,6 +11,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use super::camera::Camera;
+use super::disc::{Disc, DiscAt, Shape};
 use super::draw::{Draw, mix, times};
 use super::light::{Backdrop, Light};
 use super::noise::Noise;
@@ -92,7 +93,7 @@ impl Layer {
 }
 
 /// A light, and what white balls show in it.
-struct Scene {
+pub(super) struct Scene {
     light: Light,
     /// What is seen behind the ball, out of focus.
     behind: Option<EnvironmentMap>,
@@ -152,7 +153,7 @@ struct Ball {
 
 impl Ball {
     fn draw(draw: &mut Draw) -> Self {
-        let finish = match draw.index(12) {
+        let finish = match draw.index(13) {
             0..=2 => Some(Finish::Matte),
             3..=5 => Some(Finish::GlossyPlastic),
             6..=8 => Some(Finish::RoughMetal),
@@ -229,7 +230,27 @@ impl Ball {
 }
 
 impl Scene {
-    fn draw(
+    /// Something round that is no ball, in it.
+    pub(super) fn disc(&self, shape: Shape, draw: &mut Draw) -> Look<'_> {
+        let disc = Disc::draw(shape, draw);
+        Look {
+            scene: self,
+            ball: Ball {
+                finish: None,
+                kind: Kind::Glossy,
+                lobe: draw.index(5),
+                facing: [0.0; 3],
+                body: [0.0; 3],
+            },
+            surface: Surface::plain([0.0; 3]),
+            ground: disc.ground(draw),
+            appearance: Appearance::Disc(disc),
+            flatter: 0.0,
+            flakes: 0.0,
+        }
+    }
+
+    pub(super) fn draw(
         environments: &[EnvironmentMap],
         nuisances: Nuisances,
         draw: &mut Draw,
@@ -308,7 +329,7 @@ impl Scene {
         })
     }
 
-    fn photograph(&self, nuisances: Nuisances, draw: &mut Draw) -> SimulatedPhotograph {
+    pub(super) fn photograph(&self, nuisances: Nuisances, draw: &mut Draw) -> SimulatedPhotograph {
         let mut ball = Ball::draw(draw);
         if !nuisances.colour {
             ball.body = [Luminance::Rec709.of(ball.body); 3];
@@ -319,54 +340,22 @@ impl Scene {
         let radius = draw.log_between(24.0, 90.0);
         // Half of the frames are tight about the ball.
         let margin = if draw.chance(0.5) {
-            draw.between(1.04, 1.15)
+            draw.between(1.0, 1.15)
         } else {
             draw.between(1.15, 1.6)
         };
-        let side = (2.0 * margin * radius).ceil() as usize;
-        let centre = [0, 1].map(|_| 0.5 * side as f64 + draw.between(-0.5, 0.5));
-        let mut pixels = vec![[0.0; 3]; side * side];
-        let (mut sum, mut count) = (0.0, 0.0);
-        let place = |i: usize| {
-            let x = (i % side) as f64 + 0.5 - centre[0];
-            let y = centre[1] - (i / side) as f64 - 0.5;
-            (x, y, x.hypot(y))
-        };
-        for (i, pixel) in pixels.iter_mut().enumerate() {
-            let (x, y, off) = place(i);
-            if off < radius + 0.5 {
-                let scale = 1.0 / off.max(radius);
-                *pixel = look.at(x * scale, y * scale);
-                if off < radius - 0.5 {
-                    sum += Luminance::Rec709.of(*pixel);
-                    count += 1.0;
-                }
-            }
-        }
-        let mean = f64::max(sum / f64::max(count, 1.0), 1e-9);
-        let white = camera.white() * mean;
-        let grain = Noise { seed: draw.seed() };
-        for (i, pixel) in pixels.iter_mut().enumerate() {
-            let (x, y, off) = place(i);
-            let inside = (radius - off + 0.5).clamp(0.0, 1.0);
-            if inside < 1.0 {
-                let behind = self.behind(x / radius, y / radius, margin, white, grain);
-                *pixel = mix(behind, *pixel, inside);
-            }
-        }
-        let codes = camera.take(side, &mut pixels, mean, draw);
-        let jitter = if nuisances.outline { radius } else { 0.0 };
-        let mut off = |share: f64| share * jitter * draw.normal().clamp(-3.0, 3.0);
-        SimulatedPhotograph {
-            truth: look.ball.truth(self.specular[look.ball.lobe].0),
-            side,
-            codes,
-            circle: Circle {
-                x: centre[0] + off(0.01),
-                y: centre[1] + off(0.01),
+        let frame = Frame { radius, margin };
+        let mut photograph = look.take(&camera, frame, draw);
+        if nuisances.outline {
+            let mut off = |share: f64| share * radius * draw.normal().clamp(-3.0, 3.0);
+            let Circle { x, y, radius } = photograph.circle;
+            photograph.circle = Circle {
+                x: x + off(0.01),
+                y: y + off(0.01),
                 radius: radius + off(0.015),
-            },
+            };
         }
+        photograph
     }
 
     /// What is seen past the ball, x and y in radii.
@@ -403,8 +392,15 @@ impl Scene {
     }
 }
 
+/// How large a ball is in a square picture, in pixels, and half the picture's side in radii.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) radius: f64,
+    pub(super) margin: f64,
+}
+
 /// How a ball looks in a scene.
-struct Look<'a> {
+pub(super) struct Look<'a> {
     scene: &'a Scene,
     ball: Ball,
     surface: Surface,
@@ -413,6 +409,9 @@ struct Look<'a> {
     flatter: f64,
     /// How much of the body is metal flakes below a clear coat.
     flakes: f64,
+    /// What is behind it, as a share of what a white wall shows, where that is not what the scene
+    /// says.
+    ground: Option<[f64; 3]>,
 }
 
 /// By what a ball's look is computed.
@@ -423,6 +422,8 @@ enum Appearance {
     Glass(f64),
     /// As a flat picture, a little brighter towards one side.
     Flat { shade: f64, towards: DVec3 },
+    /// As something round that is no ball.
+    Disc(Disc),
 }
 
 impl<'a> Look<'a> {
@@ -430,13 +431,22 @@ impl<'a> Look<'a> {
         let surface = Surface::draw(ball.kind, ball.body, nuisances, draw);
         let appearance = if ball.finish.is_some() {
             Appearance::Surface
-        } else if draw.chance(0.35) {
-            Appearance::Flat {
-                shade: draw.between(0.0, 0.6),
-                towards: draw.direction(),
-            }
         } else {
-            Appearance::Glass([1.0, 1.33, 1.5, 1.5][draw.index(4)])
+            match draw.index(3) {
+                0 => Appearance::Flat {
+                    shade: draw.between(0.0, 0.6),
+                    towards: draw.direction(),
+                },
+                1 => Appearance::Glass([1.0, 1.33, 1.5, 1.5][draw.index(4)]),
+                _ => {
+                    let shape = Shape::ALL[draw.index(Shape::ALL.len())];
+                    Appearance::Disc(Disc::draw(shape, draw))
+                }
+            }
+        };
+        let ground = match &appearance {
+            Appearance::Disc(disc) => disc.ground(draw),
+            _ => None,
         };
         let flatter = if ball.finish == Some(Finish::Matte) && draw.chance(0.5) {
             draw.between(0.0, 0.5)
@@ -455,7 +465,76 @@ impl<'a> Look<'a> {
             appearance,
             flatter,
             flakes,
+            ground,
         }
+    }
+
+    /// A photograph of it, its centre about half a pixel off the middle.
+    pub(super) fn take(
+        &self,
+        camera: &Camera,
+        Frame { radius, margin }: Frame,
+        draw: &mut Draw,
+    ) -> SimulatedPhotograph {
+        let side = (2.0 * margin * radius).ceil() as usize;
+        let centre = [0, 1].map(|_| 0.5 * side as f64 + draw.between(-0.5, 0.5));
+        let mut pixels = vec![[0.0; 3]; side * side];
+        let (mut sum, mut count) = (0.0, 0.0);
+        let place = |i: usize| {
+            let x = (i % side) as f64 + 0.5 - centre[0];
+            let y = centre[1] - (i / side) as f64 - 0.5;
+            (x, y, (x * x + y * y).sqrt())
+        };
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            let (x, y, off) = place(i);
+            if off < radius + 0.5 {
+                let scale = 1.0 / off.max(radius);
+                *pixel = self.at(x * scale, y * scale);
+                if off < radius - 0.5 {
+                    sum += Luminance::Rec709.of(*pixel);
+                    count += 1.0;
+                }
+            }
+        }
+        let mean = f64::max(sum / f64::max(count, 1.0), 1e-9);
+        let white = camera.white() * mean;
+        let grain = Noise { seed: draw.seed() };
+        let ground = self
+            .ground
+            .map(|albedo| times(albedo, self.scene.mean_diffuse));
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            let (x, y, off) = place(i);
+            let inside = (radius - off + 0.5).clamp(0.0, 1.0);
+            if inside < 1.0 {
+                let behind = ground.unwrap_or_else(|| {
+                    let (x, y) = (x / radius, y / radius);
+                    self.scene.behind(x, y, margin, white, grain)
+                });
+                *pixel = mix(behind, *pixel, inside);
+            }
+        }
+        let codes = camera.take(side, &mut pixels, mean, draw);
+        SimulatedPhotograph {
+            truth: self.ball.truth(self.scene.specular[self.ball.lobe].0),
+            side,
+            codes,
+            circle: Circle {
+                x: centre[0],
+                y: centre[1],
+                radius,
+            },
+        }
+    }
+
+    /// The radiance of a place of something round that is no ball.
+    fn disc(&self, at: DiscAt) -> [f64; 3] {
+        let Some(normal) = at.normal else {
+            return times(at.albedo, self.scene.mean_diffuse);
+        };
+        let (u, v) = on_disc(normal);
+        let diffuse = times(at.albedo, self.scene.diffuse.at(u, v));
+        let mirrored = times(at.mirrored, self.scene.specular[self.ball.lobe].1.at(u, v));
+        std::array::from_fn(|c| diffuse[c] + mirrored[c])
     }
 
     /// The radiance at a place of the unit disc.
@@ -465,18 +544,16 @@ impl<'a> Look<'a> {
         if let Appearance::Glass(index) = self.appearance {
             return glass(&self.scene.light.map, normal, index);
         }
+        if let Appearance::Disc(disc) = &self.appearance {
+            return self.disc(disc.at(x, y));
+        }
         let at = self.surface.at(normal);
         if let Appearance::Flat { shade, towards } = self.appearance {
             let dark = 1.0 - shade * (0.5 - 0.5 * normal.dot(towards));
             return times(at.body, self.scene.mean_diffuse).map(|v| v * dark);
         }
         let tilted = (normal + at.tilt - normal * at.tilt.dot(normal)).normalize();
-        let (mut u, mut v) = (tilted.x, tilted.y);
-        let off = u.hypot(v);
-        if tilted.z < 0.0 || off > RIM {
-            let scale = RIM / off.max(RIM);
-            (u, v) = (u * scale, v * scale);
-        }
+        let (u, v) = on_disc(tilted);
         let diffuse = mix(
             self.scene.diffuse.at(u, v),
             self.scene.mean_diffuse,
@@ -503,6 +580,17 @@ impl<'a> Look<'a> {
             at.body[c] * below * diffuse[c] + mirrored * at.gloss * specular[c]
         })
     }
+}
+
+/// Where a ball has a normal: within its rim, since nothing else is seen of it.
+fn on_disc(normal: DVec3) -> (f64, f64) {
+    let (u, v) = (normal.x, normal.y);
+    let off = (u * u + v * v).sqrt();
+    if normal.z < 0.0 || off > RIM {
+        let scale = RIM / off.max(RIM);
+        return (u * scale, v * scale);
+    }
+    (u, v)
 }
 
 /// A ball of glass: what is refracted twice and what is reflected once.
@@ -547,6 +635,7 @@ mod tests {
             appearance: Appearance::Surface,
             flatter: 0.0,
             flakes: 0.0,
+            ground: None,
         };
         let matte = plain(Kind::Matte, 4, 0.0, 0.3);
         let metal = plain(Kind::Metal, 1, 0.8, 0.0);

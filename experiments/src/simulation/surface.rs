@@ -325,7 +325,7 @@ fn strokes(draw: &mut Draw, centre: DVec3, size: f64, count: usize, width: f64) 
         .collect()
 }
 
-fn ink(draw: &mut Draw) -> [f64; 3] {
+pub(super) fn ink(draw: &mut Draw) -> [f64; 3] {
     match draw.index(4) {
         0 | 1 => [draw.between(0.01, 0.05); 3],
         2 => [draw.between(0.7, 0.95); 3],
