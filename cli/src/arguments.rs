@@ -546,13 +546,13 @@ pub(super) struct Finishes {
     #[arg(long, value_name = "DIR")]
     pub(super) learn: Option<PathBuf>,
     /// In how many lights balls are photographed to learn from.
-    #[arg(long, value_name = "N", default_value = "1800", requires = "learn", value_parser = up_to_a_million)]
+    #[arg(long, value_name = "N", default_value = "3000", requires = "learn", value_parser = up_to_a_million)]
     pub(super) lights: NonZeroUsize,
     /// How many balls in each of them.
-    #[arg(long, value_name = "N", default_value = "28", requires = "learn", value_parser = up_to_1024)]
+    #[arg(long, value_name = "N", default_value = "44", requires = "learn", value_parser = up_to_1024)]
     pub(super) balls: NonZeroUsize,
     /// How often each photograph is learned from.
-    #[arg(long, value_name = "N", default_value = "10", requires = "learn", value_parser = up_to_1024)]
+    #[arg(long, value_name = "N", default_value = "8", requires = "learn", value_parser = up_to_1024)]
     pub(super) epochs: NonZeroUsize,
 }
 
@@ -695,6 +695,9 @@ pub(super) struct Classify {
     /// mask (alpha) tells, or it is found.
     #[arg(long, value_name = "X,Y,R", allow_hyphen_values = true)]
     pub(super) circle: Option<Circle>,
+    /// Read every ball of a picture, not the one that is seen best.
+    #[arg(long, conflicts_with_all = ["circle", "light"])]
+    pub(super) all: bool,
     /// Draw each posterior, as a page.
     #[arg(long)]
     pub(super) report: bool,

@@ -36,6 +36,8 @@ pub(crate) struct Said {
     pub(crate) orientation: u32,
     /// The focal length in millimetres, on film of 36 × 24 mm.
     pub(crate) focal_length_on_film: u32,
+    /// Whether a gain map comes with it, by which bright places are brighter than it shows.
+    pub(crate) has_gain_map: bool,
 }
 
 impl Said {
@@ -52,6 +54,7 @@ impl Said {
         Self {
             orientation: number(exif::Tag::Orientation),
             focal_length_on_film: number(exif::Tag::FocalLengthIn35mmFilm),
+            has_gain_map: false,
         }
     }
 }

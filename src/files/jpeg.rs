@@ -42,7 +42,10 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Coded, Problem> {
         return Err(Problem::corrupt("its pixels do not fit its size"));
     }
     Ok(Coded {
-        said: exif.map(Said::of_exif).unwrap_or_default(),
+        said: Said {
+            has_gain_map: frame.gain_map,
+            ..exif.map(Said::of_exif).unwrap_or_default()
+        },
         ..space.picture([width, height], Codes::Eight(data), None)
     })
 }
@@ -57,6 +60,15 @@ fn says_adobe_rgb(exif: &[u8]) -> bool {
     index.is_some_and(
         |field| matches!(&field.value, exif::Value::Ascii(text) if text.concat().starts_with(b"R03")),
     )
+}
+
+/// Whether an application's segment speaks of a gain map: Adobe's and Google's in XMP, Apple's in XMP,
+/// or that of ISO 21496-1.
+fn says_gain_map(segment: &[u8]) -> bool {
+    let says = |words: &[u8]| segment.windows(words.len()).any(|window| window == words);
+    let xmp = segment.starts_with(b"http://ns.adobe.com/xap/1.0/\0");
+    segment.starts_with(b"urn:iso:std:iso:ts:21496:-1\0")
+        || (xmp && (says(b"hdrgm:") || says(b"HDRGainMap")))
 }
 
 /// One component of the frame.
@@ -89,6 +101,7 @@ struct Scans<'a> {
     width: usize,
     height: usize,
     progressive: bool,
+    gain_map: bool,
     components: Vec<Component>,
     /// Of direct and of alternating coefficients.
     tables: [[Option<Table>; 4]; 2],
@@ -128,6 +141,7 @@ impl<'a> Scans<'a> {
             width: 0,
             height: 0,
             progressive: false,
+            gain_map: false,
             components: Vec::new(),
             tables: Default::default(),
             restart: 0,
@@ -154,6 +168,7 @@ impl<'a> Scans<'a> {
                     this.restart = usize::from(u16::from_be_bytes([high, low]));
                 }
                 0xda => this.scan(segment)?,
+                0xe1 | 0xe2 => this.gain_map |= says_gain_map(segment),
                 _ => {}
             }
         }

@@ -100,6 +100,7 @@ impl Picture {
             let mask = (0..mask.len()).map(|place| mask[from(place)]).collect();
             picture = picture.with_mask(mask)?;
         }
+        picture.gain_map = coded.said.has_gain_map;
         // Film of 36 × 24 mm has a diagonal of 43.27 mm.
         let millimetres = coded.said.focal_length_on_film;
         if millimetres > 0 {

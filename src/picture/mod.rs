@@ -21,6 +21,7 @@ mod sphere;
 #[cfg(feature = "files")]
 pub use augmentation::augment;
 pub use circle::Circle;
+pub use outline::Elongation;
 #[cfg(feature = "files")]
 pub use photograph::{Photograph, normal};
 pub use picture::Picture;

@@ -35,6 +35,8 @@ pub struct Picture {
     pub(super) encoded: bool,
     /// The focal length in pixels, where it is known.
     pub(super) focal: Option<f64>,
+    /// Whether its file has a gain map, which is left aside.
+    pub(super) gain_map: bool,
 }
 
 /// Pixels as they came; two are equal where their radiance is.
@@ -107,6 +109,7 @@ impl Picture {
             ceiling: f64::INFINITY,
             encoded: false,
             focal: None,
+            gain_map: false,
         })
     }
 
@@ -169,6 +172,7 @@ impl Picture {
             ceiling,
             encoded: true,
             focal: None,
+            gain_map: false,
         })
     }
 
@@ -245,6 +249,12 @@ impl Picture {
     /// The focal length in pixels, where it is known.
     pub fn focal_length(&self) -> Option<f64> {
         self.focal
+    }
+
+    /// Whether its file has a gain map (an Ultra HDR JPEG), which is left aside: it is read as it
+    /// is without.
+    pub fn has_gain_map(&self) -> bool {
+        self.gain_map
     }
 
     /// The mean luminance.

@@ -127,3 +127,51 @@ fn spheres_that_the_border_cuts_are_found() {
     println!("of {count} cut by 12 % of the radius: {percent} within 1 %, {found} within 3.5 %");
     assert!(found * 100 >= count * 85);
 }
+
+/// What a camera exposed by seven stops too little is dark, not gone.
+#[test]
+fn spheres_in_dark_pictures_are_found() {
+    let every = if count() > 100 { 1 } else { 4 };
+    let maps: Vec<_> = builtin().unwrap().into_iter().step_by(every).collect();
+    let balls = balls(&maps, 4, SEED).unwrap();
+    let count = count();
+    for stops in [3.0, 5.0] {
+        let scenes = (0..count).map(|i| {
+            let ball = &balls[i * 7 % balls.len()];
+            scene(&maps, Some(ball), i / 3 % WALLS, SEED + i as u64).darker(stops)
+        });
+        let [percent, found] = found(scenes);
+        println!("of {count} darker by {stops} stops: {percent} within 1 %, {found} within 3.5 %");
+        assert!(found * 100 >= count * 80);
+    }
+}
+
+/// A picture that was pressed to nine tenths of its height shows ellipses, longer by a ninth; most
+/// round balls look round.
+#[test]
+fn a_pressed_sphere_is_longer_than_wide() {
+    let every = if count() > 100 { 1 } else { 4 };
+    let maps: Vec<_> = builtin().unwrap().into_iter().step_by(every).collect();
+    let balls = balls(&maps, 4, SEED).unwrap();
+    let count = count();
+    let (mut round, mut right, mut long) = (0, 0, 0);
+    for i in 0..count {
+        let ball = &balls[i * 7 % balls.len()];
+        let whole = scene(&maps, Some(ball), i / 3 % WALLS, SEED + i as u64);
+        let ratio = |scene: &Scene| {
+            let found = scene.picture().elongation(scene.truth?)?;
+            Some((found.ratio, found.angle))
+        };
+        round += usize::from(ratio(&whole).is_none_or(|(ratio, _)| ratio < 1.08));
+        if let Some((ratio, angle)) = ratio(&whole.pressed(0.9)) {
+            right += usize::from((ratio - 1.0 / 0.9).abs() < 0.02 && angle.abs() < 0.15);
+            long += usize::from(ratio > 1.08);
+        }
+    }
+    println!(
+        "of {count}: {round} round ones look round, {long} pressed ones long, {right} of these by a ninth, to 2 %"
+    );
+    assert!(round * 100 >= count * 95);
+    assert!(long * 100 >= count * 90);
+    assert!(right * 100 >= count * 75);
+}

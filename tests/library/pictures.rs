@@ -1260,3 +1260,28 @@ fn jpegs_heed_their_profile() {
     );
     assert!((of(None)[0] - 0.2).abs() < 0.02);
 }
+
+/// A gain map is known by what XMP or ISO 21496-1 say of it, and left aside.
+#[test]
+fn a_gain_map_is_told() {
+    let mut plain = Vec::new();
+    image::codecs::jpeg::JpegEncoder::new(&mut plain)
+        .encode(&[90; 3 * 16 * 16], 16, 16, image::ExtendedColorType::Rgb8)
+        .unwrap();
+    let with = |marker: u8, contents: &[u8]| {
+        let length = (contents.len() as u16 + 2).to_be_bytes();
+        let segment = [&[0xff, marker], &length[..], contents].concat();
+        [&plain[..2], &segment, &plain[2..]].concat()
+    };
+    let read = |bytes: &[u8]| lobes::picture::Picture::from_bytes(bytes).unwrap();
+    assert!(!read(&plain).has_gain_map());
+    let xmp = |words: &str| format!("http://ns.adobe.com/xap/1.0/\0<x:xmpmeta {words}/>");
+    let google = with(0xe1, xmp("hdrgm:Version=\"1.0\"").as_bytes());
+    let iso = with(0xe2, b"urn:iso:std:iso:ts:21496:-1\0\0\0\0\0");
+    for bytes in [&google, &iso] {
+        assert!(read(bytes).has_gain_map());
+        assert_eq!(read(bytes).get(3, 3), read(&plain).get(3, 3));
+    }
+    let other = with(0xe1, xmp("dc:title=\"a ball\"").as_bytes());
+    assert!(!read(&other).has_gain_map());
+}

@@ -3,6 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use lobes::files::{linear_of_srgb, srgb8_of_linear};
 use lobes::glam::DVec3;
 use lobes::illumination::{EnvironmentMap, Luminance};
 use lobes::picture::{Circle, Picture};
@@ -33,9 +34,45 @@ pub(crate) struct Scene {
 
 impl Scene {
     pub(crate) fn picture(&self) -> Picture {
-        let (pixels, _) = self.codes.as_chunks::<3>();
-        let codes = pixels.iter().map(|rgb| rgb.map(|v| f64::from(v) / 255.0));
-        Picture::encoded(self.width, self.height, codes.collect()).unwrap()
+        Picture::from_srgb8(self.width, self.height, self.codes.clone()).unwrap()
+    }
+
+    /// The same, exposed by so many stops less.
+    pub(crate) fn darker(&self, stops: f64) -> Self {
+        let darker = |code: &u8| {
+            let light = linear_of_srgb(f64::from(*code) / 255.0);
+            srgb8_of_linear(light * (-stops).exp2())
+        };
+        Self {
+            codes: self.codes.iter().map(darker).collect(),
+            what: format!("{}, darker", self.what),
+            ..*self
+        }
+    }
+
+    /// The same, pressed to a share of its height; its circle is one of the same area.
+    pub(crate) fn pressed(&self, share: f64) -> Self {
+        let height = (share * self.height as f64) as usize;
+        let at = |row: usize, column: usize, c: usize| {
+            f64::from(self.codes[3 * (row.min(self.height - 1) * self.width + column) + c])
+        };
+        let codes = (0..3 * self.width * height).map(|i| {
+            let (row, column, c) = (i / 3 / self.width, i / 3 % self.width, i % 3);
+            let from = ((row as f64 + 0.5) / share - 0.5).max(0.0);
+            let (above, part) = (from as usize, from.fract());
+            ((1.0 - part) * at(above, column, c) + part * at(above + 1, column, c)).round() as u8
+        });
+        Self {
+            height,
+            codes: codes.collect(),
+            truth: self.truth.map(|Circle { x, y, radius }| Circle {
+                x,
+                y: share * y,
+                radius: share.sqrt() * radius,
+            }),
+            what: format!("{}, pressed", self.what),
+            ..*self
+        }
     }
 }
 

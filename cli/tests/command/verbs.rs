@@ -562,6 +562,73 @@ fn classify_tells_the_finish() {
     assert_eq!(output.status.code(), Some(2));
 }
 
+/// Two balls before a wall: without `--all` the one that is seen best, and that there is another; with it
+/// both. What is pressed to an ellipse is said to be one.
+#[test]
+fn classify_reads_every_ball() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for material in ["silver", "brown matte"] {
+        let all = ["render", "--light", "pmndrs-city", "--material", material];
+        assert!(lobes(&all, at).status.success());
+    }
+    let [silver, brown] = ["silver", "brown-matte"].map(|name| {
+        lobes::picture::Picture::read(&at.join(format!("spheres/{name}.exr"))).unwrap()
+    });
+    let (width, height) = (320, 180);
+    let wall = |row: usize, column: usize| [0.3 + 0.1 * ((row / 20 + column / 20) % 2) as f64; 3];
+    let shown = |row: usize, column: usize| {
+        for (ball, left, top) in [(&silver, 20, 30), (&brown, 172, 26)] {
+            let inside = row.checked_sub(top).zip(column.checked_sub(left));
+            let seen = inside.and_then(|(row, column)| ball.get(row, column));
+            // What is black about a rendered sphere is nothing.
+            if let Some(rgb) = seen.filter(|rgb| rgb.iter().any(|value| *value > 0.0)) {
+                return Some(rgb.map(|value| 0.4 * value));
+            }
+        }
+        Some(wall(row, column))
+    };
+    let png = lobes::picture::encode_png(width, height, 1.0, shown).unwrap();
+    std::fs::write(at.join("table.png"), png).unwrap();
+    let said = |arguments: &[&str]| {
+        let output = lobes(&[&["classify"], arguments].concat(), at);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{message}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let one = said(&["table.png"]);
+    assert!(one.contains("--all") && one.lines().count() == 1, "{one}");
+    let both = said(&["table.png", "--all", "--json"]);
+    let lines: Vec<serde_json::Value> = both
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let mut centres: Vec<f64> = Vec::new();
+    for (line, number) in lines.iter().zip(1..) {
+        assert_eq!((&line["ball"], &line["balls"]), (&number.into(), &2.into()));
+        centres.push(line["circle"][0].as_f64().unwrap());
+    }
+    centres.sort_by(f64::total_cmp);
+    assert_eq!(centres.len(), 2, "{both}");
+    assert!((centres[0] - 84.0).abs() < 3.0 && (centres[1] - 236.0).abs() < 3.0);
+    let text = said(&["table.png", "--all"]);
+    assert!(
+        text.contains("ball 2 of 2") && text.contains("2 balls: "),
+        "{text}"
+    );
+    let refused = lobes(
+        &["classify", "table.png", "--all", "--circle", "84,94,64"],
+        at,
+    );
+    assert_eq!(refused.status.code(), Some(2));
+
+    let pressed = |row: usize, column: usize| shown(row * 10 / 9, column);
+    let png = lobes::picture::encode_png(160, height * 9 / 10, 1.0, pressed).unwrap();
+    std::fs::write(at.join("pressed.png"), png).unwrap();
+    let long = said(&["pressed.png", "--circle", "84,84.6,60.7"]);
+    assert!(long.contains("% longer than wide"), "{long}");
+}
+
 /// A picture that cannot be read is reported, the others are done, and the exit code says so.
 #[test]
 fn classify_says_what_is_wrong_and_does_the_rest() {

@@ -1,6 +1,7 @@
 //! The outline of a sphere in a picture.
 
 mod edges;
+mod ellipse;
 mod fit;
 mod mask;
 mod plain;
@@ -14,6 +15,7 @@ use super::picture::Picture;
 use crate::{Error, Result};
 use reduced::Reduced;
 
+pub use ellipse::Elongation;
 pub(super) use mask::of_mask;
 
 /// Silhouettes before a plain background are looked for in a picture made smaller until its

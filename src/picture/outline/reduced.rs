@@ -1,6 +1,7 @@
 //! A picture made smaller.
 
 use super::Circle;
+use crate::illumination::Luminance;
 use crate::numeric::bilinear;
 use crate::picture::Picture;
 
@@ -22,11 +23,6 @@ impl Reduced {
     /// A picture of which `scale` × `scale` pixels are made one.
     pub(super) fn of(picture: &Picture, scale: usize) -> Self {
         let (width, height) = (picture.width() / scale, picture.height() / scale);
-        let white = if picture.is_encoded() {
-            1.0
-        } else {
-            5.0 * picture.mean_luminance() + f64::MIN_POSITIVE
-        };
         let share = 1.0 / (scale * scale) as f64;
         let values = (0..width * height)
             .map(|i| {
@@ -42,7 +38,14 @@ impl Reduced {
                 }
                 sum
             })
-            .collect();
+            .collect::<Vec<_>>();
+        let white = if picture.is_encoded() {
+            // Of a picture that is exposed so little that all but its brightest hundredth is darker
+            // than a sixteenth of white, what is white is taken to be darker too.
+            (16.0 * nearly_largest(&values)).clamp(f64::MIN_POSITIVE, 1.0)
+        } else {
+            5.0 * picture.mean_luminance() + f64::MIN_POSITIVE
+        };
         Self {
             width,
             height,
@@ -76,6 +79,16 @@ impl Reduced {
         let [a, b, c, d] = corners.map(|(index, weight)| (self.values[index], weight));
         std::array::from_fn(|i| a.1 * a.0[i] + b.1 * b.0[i] + c.1 * c.0[i] + d.1 * d.0[i])
     }
+}
+
+/// What one value in a hundred exceeds.
+fn nearly_largest(values: &[[f64; 3]]) -> f64 {
+    let mut luminances: Vec<f64> = values.iter().map(|v| Luminance::Rec709.of(*v)).collect();
+    let Some(last) = luminances.len().checked_sub(1) else {
+        return 0.0;
+    };
+    let place = last - last / 100;
+    *luminances.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
 /// The root of radiance, on which the noise of light is the same everywhere, with dark noise held
