@@ -49,7 +49,7 @@ pub enum Measure {
     PeakSignalToNoise,
 }
 
-/// What share of DiffusionLight's and StyleLight's frames of 960 × 540 pixels the ball fills: its
+/// What share of `DiffusionLight`'s and `StyleLight`'s frames of 960 × 540 pixels the ball fills: its
 /// outline seen from √260 radii through a lens of 85 mm on 36 mm.
 const FRAME_SHARE: f64 = 0.1214;
 

@@ -125,14 +125,14 @@ pub enum Preset {
     Recommended,
     /// The same measures on balls of every roughness: matte, Ward's lobe and GGX.
     Grid,
-    /// StyleLight (Wang, Yang, Loy and Liu, ECCV 2022, arXiv:2207.14811): maps of 128 rows,
+    /// `StyleLight` (Wang, Yang, Loy and Liu, ECCV 2022, arXiv:2207.14811): maps of 128 rows,
     /// tone-mapped before they light, three balls of Blender's principled shader seen from 16
     /// radii, sums over channels, means over scenes.
     StyleLight,
-    /// DiffusionLight (Phongthawee et al., CVPR 2024, arXiv:2312.09168): the same pictures with its
+    /// `DiffusionLight` (Phongthawee et al., CVPR 2024, arXiv:2312.09168): the same pictures with its
     /// normalised error.
     DiffusionLight,
-    /// The measures with which Weber, Garon and Lalonde (ECCV 2022, arXiv:2211.03928) and EverLight
+    /// The measures with which Weber, Garon and Lalonde (ECCV 2022, arXiv:2211.03928) and `EverLight`
     /// (Dastjerdi et al., ICCV 2023, arXiv:2304.13207) judge a scene of nine matte balls, here on
     /// one such ball without the ground.
     MatteBalls,

@@ -19,7 +19,7 @@ const RIM: f64 = 0.93;
 /// The map with the radiance of what was clipped raised until a matte ball looks as it does in its
 /// own photograph, and by how much it was raised, by channel.
 ///
-/// The picture of a matte ball is linear in the light: ρ (E_rest + a E_sun)/π, with E_sun the
+/// The picture of a matte ball is linear in the light: `ρ (E_rest + a E_sun)/π`, with `E_sun` the
 /// irradiance of the clipped pixels as they stand. a is by channel the least squares over the
 /// ball's pixels, at least 1. Without an albedo the ball's own ρ is another unknown, the same for
 /// all channels.

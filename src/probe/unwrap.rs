@@ -207,7 +207,7 @@ impl MirrorBall {
             let what = "the photographer's half angle in radians";
             return outside(what, self.photographer, "from 0 to π/2");
         }
-        if !(8..=4096).contains(&rows) || rows % 2 != 0 {
+        if !(8..=4096).contains(&rows) || !rows.is_multiple_of(2) {
             let what = "the number of rows of the map";
             return outside(what, rows as f64, "even and from 8 to 4096");
         }
