@@ -15,6 +15,12 @@ const NARROWEST_GGX: f64 = 0.1;
 const MIRROR_SAMPLES: usize = 4;
 
 /// What a ball reflects beside its matte part.
+///
+/// ```
+/// use lobes::evaluation::{Ball, Gloss};
+/// let rough = Ball { name: "rough", diffuse: 0.0, gloss: Gloss::Ward { specular: 0.8, sigma: 0.2 } };
+/// assert_ne!(rough.gloss, Gloss::None);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Gloss {
@@ -34,7 +40,7 @@ pub enum Gloss {
     Ggx(Ggx),
 }
 
-/// A grey ball: a matte part and a gloss.
+/// A grey ball: a matte part and a gloss. [`Ball::renderer`] has an example.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ball {
     /// What it is called.
@@ -135,7 +141,7 @@ impl Ball {
     }
 }
 
-/// What makes pictures of one ball through one camera.
+/// What makes pictures of one ball through one camera. [`Ball::renderer`] has an example.
 #[derive(Debug, Clone)]
 pub struct BallRenderer {
     camera: Camera,

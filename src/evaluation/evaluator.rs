@@ -5,7 +5,7 @@ use crate::illumination::EnvironmentMap;
 use crate::reflection::{RingLight, SphereImage, check_size};
 use crate::{Error, Parallelism, Result};
 
-/// The errors of one estimate.
+/// The errors of one estimate. [`Evaluator`] has an example.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
     /// Of each ball's picture, each of the protocol's measures in turn.

@@ -11,6 +11,15 @@ use crate::{Error, Result};
 
 /// What is done to each map before it lights anything: its values to the power 1/γ, then scaled so
 /// that a percentile of those above 0 becomes a given value. Nothing is clipped.
+///
+/// ```
+/// use lobes::evaluation::ToneMap;
+/// use lobes::illumination::EnvironmentMap;
+/// let sky = EnvironmentMap::new("sky", 8, 4, vec![[16.0; 3]; 32])?;
+/// let mapped = ToneMap { gamma: 2.0, percentile: 50.0, to: 0.5 }.apply(&sky)?;
+/// assert!((mapped.pixels()[0][0] - 0.5).abs() < 1e-9);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToneMap {
     /// γ.
@@ -25,11 +34,16 @@ impl ToneMap {
     /// The map with its values changed so.
     ///
     /// # Errors
-    /// As [`EnvironmentMap::new`].
+    /// [`Error::Black`] for a map without light, and those of [`EnvironmentMap::new`].
     pub fn apply(&self, map: &EnvironmentMap) -> Result<EnvironmentMap> {
         let power = |value: f64| value.powf(1.0 / self.gamma);
         let mut values: Vec<f64> = map.pixels().as_flattened().to_vec();
         values.retain(|value| *value > 0.0);
+        if values.is_empty() {
+            return Err(Error::Black {
+                what: "the map that is to be tone-mapped",
+            });
+        }
         values.sort_by(f64::total_cmp);
         let place = self.percentile / 100.0 * (values.len() - 1) as f64;
         let (low, high) = (place.floor() as usize, place.ceil() as usize);
@@ -42,6 +56,12 @@ impl ToneMap {
 }
 
 /// How errors of many scenes become one.
+///
+/// ```
+/// use lobes::evaluation::Average;
+/// assert_eq!(Average::Median.of(&[1.0, 9.0, 2.0]), Some(2.0));
+/// assert_eq!(Average::Mean.of(&[]), None);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Average {
     /// Their mean.
@@ -82,6 +102,14 @@ impl Average {
 named!(Average, "average");
 
 /// What an evaluation consists of.
+///
+/// ```
+/// use lobes::evaluation::{Preset, Protocol};
+/// // The recommended one, at maps of 64 rows.
+/// let protocol = Protocol { rows: Some(64), ..Preset::Recommended.protocol()? };
+/// assert_eq!(protocol.balls.len(), 3);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Protocol {
     /// Who looks at the balls.
@@ -117,6 +145,13 @@ impl Protocol {
 
 /// Evaluations with a name. docs/reference/evaluation.md says where each differs from what its
 /// authors ran.
+///
+/// ```
+/// use lobes::evaluation::Preset;
+/// let preset: Preset = "stylelight".parse()?;
+/// assert_eq!(preset.protocol()?.rows, Some(128));
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Preset {

@@ -31,7 +31,7 @@ const ROUNDS: usize = 6;
 const MOVED: f64 = 0.01;
 
 /// A picture of radiance, up to one factor for all of it, and where it was too bright for every
-/// exposure.
+/// exposure. [`Bracket`] has an example.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Radiance {
     /// Columns.
@@ -58,6 +58,21 @@ struct Shot {
 }
 
 /// Photographs of one view.
+///
+/// ```
+/// use lobes::picture::Picture;
+/// use lobes::probe::Bracket;
+/// // A slope, and the same exposed four times as long, each saturated at 1.
+/// let shot = |time: f64| {
+///     let codes = (0..64 * 64).map(|i| [(255.0 * lobes::files::srgb_of_linear((time * (i % 64) as f64 / 128.0).min(1.0))).round() as u8; 3]);
+///     Picture::from_srgb8(64, 64, codes.flatten().collect())
+/// };
+/// let names = ["dark".into(), "bright".into()].to_vec();
+/// let bracket = Bracket::new(vec![shot(1.0)?, shot(4.0)?], names, vec![None, None])?;
+/// let radiance = bracket.merge(None)?;
+/// assert!((radiance.exposures[1] / radiance.exposures[0] - 4.0).abs() < 0.05);
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Bracket {
     pictures: Vec<Picture>,

@@ -19,6 +19,17 @@ const RIM: f64 = 1.2;
 const FILL_ROWS: usize = 24;
 
 /// A mirror ball in a picture.
+///
+/// ```
+/// use lobes::glam::DVec3;
+/// use lobes::picture::Circle;
+/// use lobes::probe::MirrorBall;
+/// let circle = Circle { x: 50.0, y: 50.0, radius: 40.0 };
+/// let ball = MirrorBall { circle, distance: None, reflectance: [0.7; 3], photographer: 0.0 };
+/// // From far away, light from the right is mirrored where the normal is at 45°.
+/// let (x, y) = ball.place(DVec3::X).unwrap();
+/// assert!((x - (50.0 + 40.0 * 0.5f64.sqrt())).abs() < 1e-9 && (y - 50.0).abs() < 1e-9);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MirrorBall {
     /// Its outline.
@@ -32,6 +43,25 @@ pub struct MirrorBall {
 }
 
 /// A lat-long map with what of each pixel was seen.
+///
+/// ```
+/// use lobes::Parallelism;
+/// use lobes::picture::Circle;
+/// use lobes::probe::{MirrorBall, Radiance};
+/// // A ball that reflects half of light of radiance 2 everywhere.
+/// let picture = Radiance {
+///     width: 64,
+///     height: 64,
+///     pixels: vec![[1.0; 3]; 64 * 64],
+///     clipped: vec![false; 64 * 64],
+///     exposures: vec![1.0],
+/// };
+/// let circle = Circle { x: 32.0, y: 32.0, radius: 30.0 };
+/// let ball = MirrorBall { circle, distance: Some(10.0), reflectance: [0.5; 3], photographer: 0.0 };
+/// let map = ball.unwrap(&picture, None, 16, Parallelism::Sequential)?;
+/// assert!(map.pixels.iter().all(|rgb| (rgb[1] - 2.0).abs() < 1e-9));
+/// # Ok::<(), lobes::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProbeMap {
     /// Rows; there are twice as many columns.

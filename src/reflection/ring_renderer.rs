@@ -48,7 +48,8 @@ const LANES: usize = 8;
 /// A map of more rows is brought down to so many first.
 const MOST_ROWS: usize = 1024;
 
-/// The light of a map on a grid about a camera's line of sight, for [`RingRenderer`].
+/// The light of a map on a grid about a camera's line of sight, for [`RingRenderer`], which has an
+/// example.
 #[derive(Debug, Clone)]
 pub struct RingLight {
     camera: Camera,
