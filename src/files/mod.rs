@@ -152,14 +152,16 @@ pub(crate) fn decode_file(path: &Path) -> Result<Decoded> {
     let mut file = BufReader::new(open(path)?);
     // A device or a pipe does not say how long it is.
     let length = file.get_ref().metadata().ok().filter(|data| data.is_file());
-    if let Some(length) = length
+    if let Some(length) = &length
         && length.len() <= MOST_BYTES
         && file.fill_buf().is_ok_and(pfm::recognises)
     {
         return pfm::decode(&mut file, length.len() as usize)
             .map_err(|problem| problem.in_file(path));
     }
-    decode_all(&read_bytes(path)?).map_err(|problem| problem.in_file(path))
+    // Not opened again: a pipe whose writer is done would never open.
+    let expected = length.map_or(0, |length| length.len());
+    decode_all(&read_opened(file, expected, path)?).map_err(|problem| problem.in_file(path))
 }
 
 fn open(path: &Path) -> Result<File> {
@@ -177,9 +179,14 @@ fn unread(path: &Path, error: &std::io::Error) -> Error {
 /// What a file holds.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     let file = open(path)?;
-    let length = file.metadata().map_or(0, |data| data.len());
-    let length = length.min(MOST_BYTES) as usize;
-    let mut bytes = room(length).map_err(|problem| problem.in_file(path))?;
+    let expected = file.metadata().map_or(0, |data| data.len());
+    read_opened(file, expected, path)
+}
+
+/// The bytes of a file that is open, of which so many are expected.
+fn read_opened(file: impl Read, expected: u64, path: &Path) -> Result<Vec<u8>> {
+    let expected = expected.min(MOST_BYTES) as usize;
+    let mut bytes = room(expected).map_err(|problem| problem.in_file(path))?;
     file.take(MOST_BYTES + 1)
         .read_to_end(&mut bytes)
         .map_err(|error| unread(path, &error))?;
