@@ -30,6 +30,7 @@ __all__ = [
     "Mask",
     "Material",
     "Model",
+    "Operator",
     "Picture",
     "Renderer",
     "Rotation",
@@ -62,10 +63,14 @@ __all__ = [
     "recover_lobe",
     "srgb_of_linear",
     "synthesise_at",
+    "synthesise_at_adjoint",
     "to_complex",
     "to_harmonic",
     "to_real",
     "vectors",
+    "wigner_d",
+    "wigner_rotation",
+    "wigner_rotation_real",
 ]
 __version__: str
 
