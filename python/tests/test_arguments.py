@@ -50,13 +50,19 @@ LIGHT = lobes.EnvironmentMap(np.ones((4, 8, 3)))
 TRANSFORM = lobes.Transform("lat-long", 8, 16, 3)
 DIRECTION = np.array([0.0, 0.6, 0.8])
 SET = lobes.Coefficients(np.ones(16))
+OPERATOR = lobes.Operator(0.1, 4, 3, threads=False)
 
 # Every public callable, with arguments that it takes.
 GOOD = {
     "Transform": (lobes.Transform, ("lat-long", 8, 16, 3, 2, 0.5, True)),
     "Transform.analyse": (TRANSFORM.analyse, (np.ones((8, 16)), False)),
     "Transform.synthesise": (TRANSFORM.synthesise, (SET, False)),
+    "Transform.synthesise_adjoint": (TRANSFORM.synthesise_adjoint, (np.ones((8, 16)), False)),
+    "Transform.analyse_adjoint": (TRANSFORM.analyse_adjoint, (SET, False)),
+    "Transform.synthesise_complex": (TRANSFORM.synthesise_complex, (np.ones(16, complex), False)),
+    "Transform.analyse_complex": (TRANSFORM.analyse_complex, (np.ones((8, 16), complex), False)),
     "Rotation": (lobes.Rotation, (3,)),
+    "Rotation.rotate_complex": (lobes.Rotation(3).rotate_complex, (np.ones(16, complex), [0, 0, 0, 1], False)),
     "Rotation.rotate": (lobes.Rotation(3).rotate, (SET, [0, 0, 0, 1], False)),
     "Coefficients": (lobes.Coefficients, (np.ones(4), 3, 0)),
     "Coefficients.zeros": (lobes.Coefficients.zeros, (3, 2, (2,))),
@@ -66,6 +72,10 @@ GOOD = {
     "basis": (lobes.basis, (DIRECTION, 3, False)),
     "basis_gradients": (lobes.basis_gradients, (DIRECTION, 3, False)),
     "synthesise_at": (lobes.synthesise_at, (SET, DIRECTION, False)),
+    "synthesise_at_adjoint": (lobes.synthesise_at_adjoint, (np.ones(1), DIRECTION, 3, False)),
+    "wigner_d": (lobes.wigner_d, (3, 0.5)),
+    "wigner_rotation": (lobes.wigner_rotation, (3, [0, 0, 0, 1])),
+    "wigner_rotation_real": (lobes.wigner_rotation_real, (3, [0, 0, 0, 1])),
     "gradients_at": (lobes.gradients_at, (SET, DIRECTION, False)),
     "to_harmonic": (lobes.to_harmonic, (DIRECTION,)),
     "from_harmonic": (lobes.from_harmonic, (DIRECTION,)),
@@ -136,6 +146,10 @@ GOOD = {
         lobes.Renderer(LIGHT).radiance,
         (lobes.Material.white(), DIRECTION, DIRECTION, "gmd", 0.1, False),
     ),
+    "Operator": (lobes.Operator, (0.1, 4, 4, "duer", 3.0, False)),
+    "Operator.block": (OPERATOR.block, (1, 0.5, 0.1)),
+    "Operator.forward": (OPERATOR.forward, (SET, 0.5, 0.1, 8)),
+    "Operator.adjoint": (OPERATOR.adjoint, (np.ones((4, 8)), 0.5, 0.1)),
     "features": (lobes.features, (np.ones((9, 9, 3)), "zero")),
     "Picture": (lobes.Picture, (np.ones((9, 9, 3)), True, np.ones((9, 9)), 10.0)),
     "Picture.read": (lobes.Picture.read, ("/no/such/file.png",)),
