@@ -47,6 +47,19 @@ pub struct Radiance {
     pub exposures: Vec<f64>,
 }
 
+impl Radiance {
+    /// Whether it has as many pixels as its size says.
+    pub(super) fn check(&self) -> Result<()> {
+        let count = self.width.saturating_mul(self.height);
+        crate::check_length("a picture of radiance", count, self.pixels.len())?;
+        crate::check_length(
+            "the clipped pixels of a picture of radiance",
+            count,
+            self.clipped.len(),
+        )
+    }
+}
+
 /// One of them.
 #[derive(Debug, Clone)]
 struct Shot {

@@ -26,7 +26,14 @@ const EDGE: f64 = 0.05;
 /// At its rim a ball mirrors what is straight behind it, so that only its reflectance tells it from
 /// what is there. Of simulated balls before the map itself the radius is off by 1.3 % in the median:
 /// docs/how-to/probe.md has the table. Give the circle where it matters.
+///
+/// A circle is given back as it is where no edges tell a better one, where it is larger than the
+/// picture, and where the picture has not as many pixels as its size says.
 pub fn refine(picture: &Radiance, circle: Circle) -> Circle {
+    let longest = (picture.width + picture.height) as f64;
+    if !(picture.check().is_ok() && circle.radius > 0.0 && circle.radius <= longest) {
+        return circle;
+    }
     let sums = picture.pixels.iter().map(|p| p.iter().sum::<f64>());
     let floor = 1e-3 * sums.clone().sum::<f64>() / picture.pixels.len().max(1) as f64;
     let logarithms: Vec<f64> = sums

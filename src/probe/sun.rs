@@ -26,7 +26,8 @@ const RIM: f64 = 0.93;
 ///
 /// # Errors
 /// [`Error::Undetermined`] where nothing was clipped, or the grey ball does not see it;
-/// [`Error::CircleOutside`] for a circle that leaves the picture.
+/// [`Error::CircleOutside`] for a circle that leaves the picture; [`Error::Length`] for a picture of
+/// another number of pixels than its size says.
 pub fn restore_sun(
     map: &ProbeMap,
     picture: &Radiance,
@@ -35,6 +36,7 @@ pub fn restore_sun(
     albedo: Option<f64>,
     parallelism: Parallelism,
 ) -> Result<(ProbeMap, [f64; 3])> {
+    picture.check()?;
     let undetermined = |reason| Error::Undetermined {
         parameter: "the radiance of the sun",
         reason,

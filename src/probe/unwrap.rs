@@ -145,6 +145,7 @@ impl MirrorBall {
     /// # Errors
     /// [`Error::Domain`] for a distance that is not above 1, a reflectance that is not in (0, 1],
     /// a photographer of more than π/2, or rows that are not even and from 8 to 4096;
+    /// [`Error::Length`] for a picture or a mask of another number of pixels than its size says;
     /// [`Error::CircleOutside`] where less than 85 % of the ball lies in the picture.
     pub fn unwrap(
         &self,
@@ -212,6 +213,7 @@ impl MirrorBall {
     }
 
     fn check(&self, picture: &Radiance, rows: usize) -> Result<()> {
+        picture.check()?;
         let outside = |what, value, allowed| {
             Err(Error::Domain {
                 what,

@@ -434,3 +434,37 @@ fn what_is_no_ball_is_refused() {
     let all = good.unwrap(&picture, Some(&vec![true; 280 * 280]), 32, ONE);
     assert!(matches!(all, Err(Error::Unseen { .. })));
 }
+
+/// A picture that has fewer pixels than its size says, and circles that are none, end in an error or
+/// change nothing.
+#[test]
+fn radiance_of_another_size_is_refused() {
+    let circle = Circle {
+        x: 32.0,
+        y: 32.0,
+        radius: 30.0,
+    };
+    let picture = |pixels: usize, clipped: usize| Radiance {
+        width: 64,
+        height: 64,
+        pixels: vec![[1.0; 3]; pixels],
+        clipped: vec![false; clipped],
+        exposures: vec![1.0],
+    };
+    let ball = MirrorBall {
+        circle,
+        distance: None,
+        reflectance: [0.5; 3],
+        photographer: 0.0,
+    };
+    let unwrap = |of: &Radiance| ball.unwrap(of, None, 16, Parallelism::Sequential);
+    assert!(unwrap(&picture(64 * 64, 64 * 64)).is_ok());
+    for short in [picture(64 * 64 - 1, 64 * 64), picture(64 * 64, 9)] {
+        assert!(matches!(unwrap(&short), Err(Error::Length { .. })));
+        assert_eq!(refine(&short, circle), circle);
+    }
+    for radius in [0.0, -1.0, 1e12] {
+        let circle = Circle { radius, ..circle };
+        assert_eq!(refine(&picture(64 * 64, 64 * 64), circle), circle);
+    }
+}
