@@ -460,10 +460,9 @@ fn answer(
     console::answer(table(&ball_headings, &of_balls).to_string());
     console::answer(table(&light_headings, &of_light).to_string());
     let about = format!(
-        "{}: {}; here the {} of {} scenes.",
+        "{}: {}; scenes: {}.",
         options.preset,
         options.preset.description(),
-        protocol.average.name(),
         summaries.iter().map(|(_, s)| s.scenes).max().unwrap_or(0)
     );
     console::answer(&about);
@@ -546,7 +545,7 @@ fn figures(
         page.heading(name);
         let balls = protocol.balls.iter().map(|ball| ball.name);
         page.paragraph(&format!(
-            "The {} of {count} scenes with the largest errors ({}, mean of the balls), the worst first. Balls from the left: {}. Rows: \
+            "Scenes by their errors, the worst first ({} of {count}; {}, mean of the balls). Balls from the left: {}. Rows: \
              the truth; the estimate; their difference in luminance, red where the estimate is too bright and blue where it is too dark, \
              full colour at the brightness of white in the picture.",
             own.len(),

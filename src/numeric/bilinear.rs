@@ -19,6 +19,18 @@ pub(crate) fn corners(columns: usize, rows: usize, x: f64, y: f64) -> [(usize, f
     ]
 }
 
+/// [`corners`] of a place that lies among the values; `None` beyond an edge.
+#[inline]
+pub(crate) fn corners_within(
+    columns: usize,
+    rows: usize,
+    x: f64,
+    y: f64,
+) -> Option<[(usize, f64); 4]> {
+    let within = |place: f64, count: usize| place >= 0.0 && place + 1.0 <= count as f64;
+    (within(x, columns) && within(y, rows)).then(|| corners(columns, rows, x, y))
+}
+
 /// The mean, by their weights, of those corners whose value counts; `None` where none does.
 #[inline]
 pub(crate) fn mean(
@@ -57,6 +69,14 @@ mod tests {
         }
         assert_eq!(at(-7.0, 1.0), f(0.0, 1.0));
         assert_eq!(at(9.0, 9.0), f(3.0, 2.0));
+        assert_eq!(
+            corners_within(4, 3, 3.0, 2.0),
+            Some(corners(4, 3, 3.0, 2.0))
+        );
+        for (x, y) in [(-1e-9, 1.0), (3.0 + 1e-9, 1.0), (1.0, 2.1), (f64::NAN, 0.0)] {
+            assert_eq!(corners_within(4, 3, x, y), None, "{x} {y}");
+        }
+        assert_eq!(corners_within(0, 3, 0.0, 0.0), None);
         // A single value is everywhere.
         assert_eq!(corners(1, 1, 0.4, -3.0)[0], (0, 1.0));
     }

@@ -1,5 +1,6 @@
 //! Photographs of one view at several exposures, as one picture of radiance.
 
+use crate::numeric::bilinear;
 use crate::picture::{Circle, Picture};
 use crate::{Error, Result};
 
@@ -361,18 +362,10 @@ fn shift(
     };
     let (a, b) = (reduced(dark, ratio), reduced(bright, 1.0));
     let at = |field: &[f64], x: f64, y: f64| -> f64 {
-        let (left, top) = (x.floor(), y.floor());
-        if !(left >= 0.0 && top >= 0.0) {
-            return f64::NAN;
-        }
-        let (u, v) = (x - left, y - top);
-        let (left, top) = (left as usize, top as usize);
-        if left + 1 >= width || top + 1 >= height {
-            return f64::NAN;
-        }
-        let value = |row: usize, column: usize| field[row * width + column];
-        (1.0 - v) * ((1.0 - u) * value(top, left) + u * value(top, left + 1))
-            + v * ((1.0 - u) * value(top + 1, left) + u * value(top + 1, left + 1))
+        let corners = bilinear::corners_within(width, height, x, y);
+        corners.map_or(f64::NAN, |corners| {
+            corners.map(|(at, weight)| weight * field[at]).iter().sum()
+        })
     };
     // b(p + s + δ) = a(p), to first order in δ: Σ (g gᵀ) δ = Σ g (a − b), and again from there.
     let (mut x, mut y) = (0.0, 0.0);

@@ -1,5 +1,6 @@
 //! The outline of a mirror ball to a part of a pixel.
 
+use crate::numeric::bilinear;
 use crate::picture::Circle;
 
 use super::Radiance;
@@ -40,19 +41,12 @@ pub fn refine(picture: &Radiance, circle: Circle) -> Circle {
         .map(|sum| (sum + floor + f64::MIN_POSITIVE).ln())
         .collect();
     let at = |x: f64, y: f64| -> Option<f64> {
-        let (x, y) = (x - 0.5, y - 0.5);
-        if !(x >= 0.0 && y >= 0.0) {
-            return None;
-        }
-        let (left, top) = (x as usize, y as usize);
-        if left + 1 >= picture.width || top + 1 >= picture.height {
-            return None;
-        }
-        let (u, v) = (x - left as f64, y - top as f64);
-        let pixel = |row: usize, column: usize| logarithms[row * picture.width + column];
+        let corners = bilinear::corners_within(picture.width, picture.height, x - 0.5, y - 0.5)?;
         Some(
-            (1.0 - v) * ((1.0 - u) * pixel(top, left) + u * pixel(top, left + 1))
-                + v * ((1.0 - u) * pixel(top + 1, left) + u * pixel(top + 1, left + 1)),
+            corners
+                .map(|(at, weight)| weight * logarithms[at])
+                .iter()
+                .sum(),
         )
     };
     let reach = (REACH * circle.radius).max(4.0);

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::Radiance;
 use crate::illumination::EnvironmentMap;
+use crate::numeric::bilinear;
 use crate::picture::Circle;
 use crate::{Error, Parallelism, Result};
 
@@ -298,28 +299,16 @@ fn interpolated(
     x: f64,
     y: f64,
 ) -> Option<([f64; 3], f64)> {
-    let (x, y) = (x - 0.5, y - 0.5);
-    if !(x >= 0.0 && y >= 0.0) {
-        return None;
-    }
-    let (left, top) = (x as usize, y as usize);
-    if left + 1 >= picture.width || top + 1 >= picture.height {
-        return None;
-    }
-    let (u, v) = (x - left as f64, y - top as f64);
+    let corners = bilinear::corners_within(picture.width, picture.height, x - 0.5, y - 0.5)?;
     let (mut sum, mut clipped) = ([0.0; 3], 0.0);
-    for (row, down) in [(top, 1.0 - v), (top + 1, v)] {
-        for (column, along) in [(left, 1.0 - u), (left + 1, u)] {
-            let at = row * picture.width + column;
-            if hidden.is_some_and(|hidden| hidden[at]) {
-                return None;
-            }
-            let weight = down * along;
-            for c in 0..3 {
-                sum[c] += weight * picture.pixels[at][c];
-            }
-            clipped += weight * f64::from(u8::from(picture.clipped[at]));
+    for (at, weight) in corners {
+        if hidden.is_some_and(|hidden| hidden[at]) {
+            return None;
         }
+        for c in 0..3 {
+            sum[c] += weight * picture.pixels[at][c];
+        }
+        clipped += weight * f64::from(u8::from(picture.clipped[at]));
     }
     Some((sum, clipped))
 }
