@@ -185,8 +185,8 @@ impl Ward {
         let half = view + light;
         let x = half.x / half.z;
         let y = half.y / half.z;
-        let powers = self.variant.powers();
-        self.gaussian(x, y) * powers.value(light.z, view.z, x * x + y * y, half.z) * renormalisation
+        let value = self.variant.value(light.z, view.z, x * x + y * y, half.z);
+        self.gaussian(x, y) * value * renormalisation
     }
 
     /// E, the Gaussian of the half vector's slopes over 4: its integral over the plane of slopes is
