@@ -20,6 +20,7 @@ mod complex;
 mod convention;
 mod convolution;
 mod evaluation;
+mod field;
 mod ggx;
 mod invariance;
 mod legendre;
@@ -137,6 +138,7 @@ pub fn contracts() -> Vec<Contract> {
         rotation::contracts(),
         wigner::contracts(),
         complex::contracts(),
+        field::contracts(),
         convention::contracts(),
         invariance::contracts(),
         reflectance::contracts(),

@@ -332,6 +332,54 @@ impl Transform {
         self.to_maps(py, coefficients, threads, into)
     }
 
+    /// The gradients of the fields of coefficients at every point of the grid.
+    ///
+    /// Parameters
+    /// ----------
+    /// coefficients : Coefficients or array_like, (…, count)
+    ///     Of the transform's degree, all orders.
+    /// threads : bool
+    ///     Whether all cores work.
+    ///
+    /// Returns
+    /// -------
+    /// south, east : ndarray, (…, rings, columns)
+    ///     ∂f/∂θ and (1/sin θ) ∂f/∂φ, finite at the poles too.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform("clenshaw-curtis", 5, 8, 1)
+    /// >>> south, east = transform.gradient([0, np.sqrt(4 * np.pi / 3), 0, 0])  # of cos θ
+    /// >>> np.allclose(south[:, 0], -np.sin(transform.colatitudes)) and np.allclose(east, 0)
+    /// True
+    #[pyo3(signature = (coefficients, threads=true))]
+    fn gradient<'py>(
+        &self,
+        py: Python<'py>,
+        coefficients: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+        let plan = (self.degree(), self.orders());
+        let sets = Sets::with_shape(coefficients, "the array of coefficients", Some(plan))?;
+        let (rings, columns) = self.shape();
+        let mut shape = sets.shape.clone();
+        shape.extend([rings, columns]);
+        let size = rings * columns;
+        check_room(sets.len().saturating_mul(2 * size), "the gradients")?;
+        let (mut south, mut east) = (Vec::new(), Vec::new());
+        for set in sets.each()? {
+            let set = set?;
+            let [one, other] = py
+                .detach(|| self.transform.gradient(&set, parallelism(threads)))
+                .map_err(error)?;
+            south.extend(one);
+            east.extend(other);
+            py.check_signals()?;
+        }
+        Ok((shaped(py, &shape, south)?, shaped(py, &shape, east)?))
+    }
+
     /// The complex map (rings, columns) of the coefficients a_lm of a complex field, ((degree + 1)²,)
     /// at l² + l + m, m from −l to l: orthonormal, with the Condon–Shortley phase, as SciPy's
     /// `sph_harm_y`.

@@ -113,7 +113,7 @@ mod _lobes {
     #[pymodule_export]
     use super::spectrum::{
         Coupling, Mask, average_power, convolve_zonal, cross_power, deconvolve_zonal, from_complex,
-        from_real, to_complex, to_real,
+        from_real, gaussian_beam, laplacian, random_field, to_complex, to_real,
     };
 
     #[pymodule_init]

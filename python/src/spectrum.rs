@@ -136,6 +136,102 @@ pub(crate) fn deconvolve_zonal<'py>(
     })
 }
 
+/// The factors exp(−l(l + 1) σ²/2) of smoothing by a Gaussian, for `convolve_zonal`: healpy's
+/// `gauss_beam`.
+///
+/// Parameters
+/// ----------
+/// degree : int
+///     The last degree.
+/// fwhm : float
+///     The full width at half maximum in radians, σ √(8 ln 2).
+///
+/// Returns
+/// -------
+/// ndarray, (degree + 1,)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> beam = lobes.gaussian_beam(100, np.radians(1))
+/// >>> smooth = lobes.convolve_zonal(np.ones(101**2), beam)
+/// >>> bool(smooth.get(100, 3) == beam[100])
+/// True
+#[pyfunction]
+pub(crate) fn gaussian_beam<'py>(
+    py: Python<'py>,
+    degree: usize,
+    fwhm: f64,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let beam = py
+        .detach(|| harmonics::gaussian_beam(degree, fwhm))
+        .map_err(error)?;
+    Ok(PyArray1::from_vec(py, beam))
+}
+
+/// The coefficients of the Laplacian on the unit sphere: each times −l(l + 1).
+///
+/// Parameters
+/// ----------
+/// coefficients : Coefficients or array_like, (…, count)
+///
+/// Returns
+/// -------
+/// Coefficients, (…, count)
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> float(lobes.laplacian([0, 0, 0, 0, 0, 0, 0, 0, 0.5]).get(2, -2))
+/// -3.0
+#[pyfunction]
+pub(crate) fn laplacian<'py>(
+    py: Python<'py>,
+    coefficients: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    filtered(py, coefficients, |set| {
+        *set = harmonics::laplacian(set);
+        Ok(())
+    })
+}
+
+/// The coefficients of an isotropic Gaussian field of a given power spectrum: the mean of
+/// `average_power` over fields is `power`.
+///
+/// Parameters
+/// ----------
+/// power : array_like, (degree + 1,)
+///     C_l, none of them negative: the mean square of each real orthonormal coefficient, and of the
+///     complex a_lm of healpy's `synalm`.
+/// seed : int
+///     Of a PCG64, from 0 to 2⁶⁴ − 1. One seed is one field on every machine, and a field of a
+///     higher degree begins with that of a lower one.
+///
+/// Returns
+/// -------
+/// Coefficients, ((degree + 1)²,)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> power = 1 / np.arange(1, 65.0)
+/// >>> f = lobes.random_field(power, 1)
+/// >>> bool(abs((lobes.average_power(f) / power).mean() - 1) < 0.2)
+/// True
+#[pyfunction]
+pub(crate) fn random_field<'py>(
+    py: Python<'py>,
+    power: &Bound<'py, PyAny>,
+    seed: u64,
+) -> PyResult<Bound<'py, PyAny>> {
+    let power = by_degree(power, "the array of powers")?;
+    let field = py
+        .detach(|| harmonics::random_field(&power, seed))
+        .map_err(error)?;
+    let shape = (field.degree(), field.orders());
+    wrap_all(py, &[], vec![field], shape)
+}
+
 /// One of some names, or a `ValueError` that lists them.
 fn one_of<T: Copy>(name: &str, what: &str, all: &[(&str, T)]) -> PyResult<T> {
     all.iter()

@@ -303,6 +303,36 @@ def test_the_adjoint_at_points():
             wrong()
 
 
+def test_beams_gradients_and_random_fields():
+    power = 1 / np.arange(1, 26.0) ** 2
+    mean = np.mean([lobes.average_power(lobes.random_field(power, seed)) for seed in range(200)], axis=0)
+    # Of 200 (2l + 1) squares, within six standard errors: wrong once in 10⁷.
+    assert np.all(abs(mean / power - 1) < 6 * np.sqrt(2 / (200 * (2 * np.arange(25) + 1))))
+    f = lobes.random_field(power, 2**64 - 1)
+    assert np.array_equal(f.with_degree(9).array, lobes.random_field(power[:10], 2**64 - 1).array)
+    transform = lobes.Transform("clenshaw-curtis", 26, 50, 24)
+    south, east = transform.gradient(np.stack([f.array, 2 * f.array]))
+    assert south.shape == east.shape == (2, 26, 50) and np.allclose(2 * south[0], south[1])
+    _, slopes = lobes.gradients_at(f, transform.directions)
+    theta, phi = transform.colatitudes[:, None], transform.azimuths
+    to_south = np.stack(np.broadcast_arrays(np.cos(theta) * np.cos(phi), np.cos(theta) * np.sin(phi), -np.sin(theta)), -1)
+    to_east = np.stack([-np.sin(phi), np.cos(phi), 0 * phi], -1)
+    assert np.allclose((slopes * to_south).sum(-1), south[0], atol=1e-12)
+    assert np.allclose((slopes * to_east).sum(-1), east[0], atol=1e-12)
+    l = np.arange(25)
+    assert np.allclose(lobes.laplacian(f).array, lobes.convolve_zonal(f, -l * (l + 1.0)).array)
+    assert np.allclose(lobes.gaussian_beam(9, 0.3), np.exp(-(l * (l + 1))[:10] * 0.3**2 / (16 * np.log(2))))
+    for wrong in [
+        lambda: lobes.random_field([], 1),
+        lambda: lobes.random_field([1, -1], 1),
+        lambda: lobes.gaussian_beam(3, -1),
+        lambda: transform.gradient(f.with_degree(23)),
+        lambda: lobes.Transform("fejer", 8, 16, 3, 2).gradient(lobes.Coefficients.zeros(3, 2)),
+    ]:
+        with pytest.raises(ValueError):
+            wrong()
+
+
 def test_wigner_matrices():
     quaternion = np.array([0.3, 0.5, -0.2, 0.8])
     for degree in (0, 1, 4):

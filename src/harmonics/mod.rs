@@ -16,12 +16,14 @@ mod batch_lanes;
 mod coefficients;
 mod complex;
 mod convention;
+mod derivative;
 mod euler;
 mod kernel;
 pub mod legendre;
 mod meridian;
 mod partial;
 mod point;
+mod random;
 mod recurrence;
 mod ring_fft;
 mod rotation;
@@ -34,8 +36,12 @@ mod work;
 pub use coefficients::{Coefficients, coefficient_count};
 pub use complex::ComplexCoefficients;
 pub use convention::{Convention, Normalisation, Order, Phase};
+pub use derivative::laplacian;
 pub use partial::{Coupling, MAX_CONDITION, MAX_COUPLING_DEGREE, Mask};
 pub use point::{Basis, MAX_BASIS_DEGREE, evaluate, evaluate_all};
+pub use random::random_field;
 pub use rotation::{MAX_ROTATION_DEGREE, Rotation};
-pub use spectrum::{average_power, convolve_zonal, cross_power, deconvolve_zonal, zonal_factor};
+pub use spectrum::{
+    average_power, convolve_zonal, cross_power, deconvolve_zonal, gaussian_beam, zonal_factor,
+};
 pub use transform::{MAX_DEGREE, Transform};

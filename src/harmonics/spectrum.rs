@@ -6,6 +6,9 @@ use super::coefficients::{Coefficients, check_same_shape};
 use crate::error::check_length;
 use crate::{Error, Result};
 
+/// The largest degree of [`gaussian_beam`], far past that of any transform.
+const MAX_BEAM_DEGREE: usize = 1_000_000;
+
 /// The average power of each degree, B_l = Σ_m B_lm² / (2l + 1), l = 0 … degree.
 ///
 /// The mean is over all 2l + 1 orders, whether they are stored or not. It is infinite where the sum
@@ -51,7 +54,7 @@ fn products(a: &Coefficients, b: &Coefficients) -> Vec<f64> {
 /// Multiplies each degree by its factor: B_lm = factors\[l\] · L_lm.
 ///
 /// For a zonal kernel with coefficients ρ̂_l the factor is Λ_l ρ̂_l, Λ_l = √(4π/(2l+1)): see
-/// [`zonal_factor`].
+/// [`zonal_factor`]. A beam's b_l are such factors: see [`gaussian_beam`].
 ///
 /// # Errors
 /// [`Error::Length`] unless there is a factor for each degree.
@@ -61,15 +64,20 @@ pub fn convolve_zonal(coefficients: &mut Coefficients, factors: &[f64]) -> Resul
         coefficients.degree() + 1,
         factors.len(),
     )?;
+    multiply_degrees(coefficients, |l| factors[l]);
+    Ok(())
+}
+
+/// Multiplies each degree by a factor.
+pub(super) fn multiply_degrees(coefficients: &mut Coefficients, factor: impl Fn(usize) -> f64) {
     for m in 0..=coefficients.orders() {
-        for (value, factor) in coefficients.cosine_mut(m).iter_mut().zip(&factors[m..]) {
-            *value *= factor;
+        for (l, value) in (m..).zip(coefficients.cosine_mut(m)) {
+            *value *= factor(l);
         }
-        for (value, factor) in coefficients.sine_mut(m).iter_mut().zip(&factors[m..]) {
-            *value *= factor;
+        for (l, value) in (m..).zip(coefficients.sine_mut(m)) {
+            *value *= factor(l);
         }
     }
-    Ok(())
 }
 
 /// The inverse of [`convolve_zonal`], each degree damped where the factor drowns in noise (Wiener):
@@ -113,4 +121,49 @@ pub fn deconvolve_zonal(
 /// Λ_l = √(4π/(2l+1)), so that a kernel's coefficient ρ̂_l acts as the factor Λ_l ρ̂_l.
 pub fn zonal_factor(l: usize) -> f64 {
     (4.0 * PI / (2.0 * l as f64 + 1.0)).sqrt()
+}
+
+/// The factors b_l = exp(−l(l + 1) σ²/2), l = 0 … degree, of smoothing by a Gaussian of full width
+/// at half maximum `fwhm` in radians, σ = fwhm/√(8 ln 2): healpy's `gauss_beam`.
+///
+/// They are the exact transfer of the heat that has spread for σ²/2, and that of the flat Gaussian
+/// up to O(σ²). [`convolve_zonal`] smooths with them, or with those of any beam, and
+/// [`deconvolve_zonal`] takes a beam away.
+///
+/// ```
+/// use lobes::harmonics::{Coefficients, convolve_zonal, gaussian_beam};
+/// let beam = gaussian_beam(2, 1f64.to_radians())?;
+/// // σ is 0.42466 of the full width at half maximum.
+/// let sigma = 0.424_66 * 1f64.to_radians();
+/// assert!((beam[2] - (-3.0 * sigma * sigma).exp()).abs() < 1e-8);
+/// let mut f = Coefficients::zeros(2);
+/// f.set(2, 1, 1.0)?;
+/// convolve_zonal(&mut f, &beam)?;
+/// assert_eq!(f.get(2, 1), beam[2]);
+/// # Ok::<(), lobes::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Domain`] for a width that is negative or not finite; [`Error::Degree`] beyond 10⁶.
+pub fn gaussian_beam(degree: usize, fwhm: f64) -> Result<Vec<f64>> {
+    if !(fwhm >= 0.0 && fwhm.is_finite()) {
+        return Err(Error::Domain {
+            what: "the width of a beam in radians",
+            value: fwhm,
+            allowed: "finite and at least 0",
+        });
+    }
+    if degree > MAX_BEAM_DEGREE {
+        return Err(Error::Degree {
+            what: "a beam",
+            degree,
+            limit: MAX_BEAM_DEGREE,
+        });
+    }
+    let mut beam = vec![0.0; degree + 1];
+    let root = fwhm / (16.0 * std::f64::consts::LN_2).sqrt();
+    for (l, value) in beam.iter_mut().enumerate() {
+        *value = (-(l as f64 * root) * ((l as f64 + 1.0) * root)).exp();
+    }
+    Ok(beam)
 }

@@ -188,7 +188,7 @@ impl Transform {
         Coefficients::from_vec(self.0.degree, self.0.orders, values)
     }
 
-    fn check_shape(&self, coefficients: &Coefficients) -> Result<()> {
+    pub(super) fn check_shape(&self, coefficients: &Coefficients) -> Result<()> {
         if coefficients.degree() != self.0.degree || coefficients.orders() != self.0.orders {
             return Err(Error::Length {
                 what: "the coefficient set",

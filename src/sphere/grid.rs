@@ -227,17 +227,18 @@ impl Grid {
     /// Unless `ring` is below [`rings`](Grid::rings): [`get_direction`](Self::get_direction) says
     /// so.
     pub fn direction(&self, ring: usize, column: usize) -> glam::DVec3 {
-        let column = column % self.columns;
+        let [cos, sin] = self.cos_sin_azimuth(column % self.columns);
+        let sine = self.rule.sines[ring];
+        glam::DVec3::new(sine * cos, sine * sin, self.rule.nodes[ring])
+    }
+
+    /// cos φ and sin φ of a column that there is.
+    pub(crate) fn cos_sin_azimuth(&self, column: usize) -> [f64; 2] {
         let (sin, cos) = self.first_azimuth.sin_cos();
         let c = cos_turn(column, self.columns);
         let s = cos_turn(4 * column + 3 * self.columns, 4 * self.columns);
         let s = if self.descending { -s } else { s };
-        let sine = self.rule.sines[ring];
-        glam::DVec3::new(
-            sine * (cos * c - sin * s),
-            sine * (sin * c + cos * s),
-            self.rule.nodes[ring],
-        )
+        [cos * c - sin * s, sin * c + cos * s]
     }
 
     /// [`direction`](Self::direction), or nothing where there is no such ring.

@@ -11,6 +11,7 @@ mod features;
 mod harmonics;
 mod harmonics_adjoint;
 mod harmonics_complex;
+mod harmonics_field;
 mod harmonics_partial;
 mod harmonics_wigner;
 mod illumination;
