@@ -11,7 +11,7 @@ use lobes::exchange::Format;
 use lobes::features::Continuation;
 use lobes::illumination::builtin_names;
 use lobes::picture::Circle;
-use lobes::reflectance::Variant;
+use lobes::reflectance::{Fresnel, Variant};
 use lobes::sphere::Mapping;
 use lobes_experiments::{Method, Protocol};
 
@@ -166,6 +166,63 @@ pub(super) struct Lobe {
     pub(super) name: Variant,
 }
 
+/// The specular lobe of a rendering.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum RenderLobe {
+    /// One of Ward's.
+    Ward(Variant),
+    /// GGX.
+    Ggx,
+}
+
+impl RenderLobe {
+    const ALL: [Self; 5] = [
+        Self::Ward(Variant::ALL[0]),
+        Self::Ward(Variant::ALL[1]),
+        Self::Ward(Variant::ALL[2]),
+        Self::Ward(Variant::ALL[3]),
+        Self::Ggx,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Ward(variant) => variant.name(),
+            Self::Ggx => "ggx",
+        }
+    }
+
+    /// Ward's variant, if it is one.
+    pub(super) fn ward(self) -> Option<Variant> {
+        match self {
+            Self::Ward(variant) => Some(variant),
+            Self::Ggx => None,
+        }
+    }
+}
+
+impl std::str::FromStr for RenderLobe {
+    type Err = lobes::Error;
+
+    fn from_str(name: &str) -> Result<Self, lobes::Error> {
+        if name == Self::Ggx.name() {
+            return Ok(Self::Ggx);
+        }
+        name.parse().map(Self::Ward)
+    }
+}
+
+/// A complex index of refraction as it is written, n+ki.
+fn metal(text: &str) -> Result<Fresnel, String> {
+    let parts = text.strip_suffix('i').and_then(|text| text.split_once('+'));
+    let numbers = parts.and_then(|(n, k)| Some((n.parse().ok()?, k.parse().ok()?)));
+    let Some((index, extinction)) = numbers else {
+        return Err("a metal's index is written n+ki, as 0.17+3.14i".into());
+    };
+    let metal = Fresnel::Conductor { index, extinction };
+    metal.check().map_err(|error| error.to_string())?;
+    Ok(metal)
+}
+
 /// What spheres are made of.
 #[derive(Debug, Args)]
 pub(super) struct Materials {
@@ -275,15 +332,34 @@ pub(super) struct Render {
         long,
         value_name = "FILE",
         conflicts_with_all = [
-            "materials", "as_albedos", "mapping", "only", "lobe", "size", "tolerance", "elevation", "azimuth", "distance"
+            "materials", "as_albedos", "mapping", "only", "lobe", "ior", "metal", "bound", "size", "tolerance",
+            "elevation", "azimuth", "distance"
         ]
     )]
     pub(super) set: Option<PathBuf>,
     /// How the light's pixels lie on the sphere, where the shape does not tell.
     #[arg(long, value_name = "NAME", value_parser = one_of(Mapping::ALL, Mapping::name))]
     pub(super) mapping: Option<Mapping>,
-    #[command(flatten)]
-    pub(super) lobe: Lobe,
+    /// The specular lobe: one of Ward's four (`lobes list lobes`), or ggx, of which each material
+    /// is read with α = σ and Schlick's reflectance, F₀ = ρs.
+    #[arg(long, value_name = "NAME", default_value = Variant::default().name(), value_parser = one_of(RenderLobe::ALL, RenderLobe::name))]
+    pub(super) lobe: RenderLobe,
+    /// With --lobe ggx: the index of refraction of what the facets are of, one or three.
+    #[arg(
+        long,
+        value_name = "INDEX",
+        value_delimiter = ',',
+        conflicts_with = "metal"
+    )]
+    pub(super) ior: Vec<f64>,
+    /// With --lobe ggx: facets of a metal without a body, its complex index written n+ki, one or
+    /// three (gold: 0.17+3.14i,0.35+2.71i,1.51+1.88i).
+    #[arg(long, value_name = "N+KI", value_delimiter = ',', value_parser = metal)]
+    pub(super) metal: Vec<Fresnel>,
+    /// Prove a bound of each pixel's error, and write those beside the picture. It takes longer;
+    /// pictures of GGX have it always.
+    #[arg(long)]
+    pub(super) bound: bool,
     /// Pixels along the image's side.
     #[arg(long, value_name = "PIXELS", default_value_t = 128)]
     pub(super) size: usize,

@@ -8,7 +8,7 @@ use crate::arguments::Materials;
 use crate::error::{Error, Result};
 use crate::{console, named, slug};
 use lobes::exchange::{self, Format};
-use lobes::reflectance::{Material, presets, presets_as_albedos};
+use lobes::reflectance::{Fresnel, GgxMaterial, Material, presets, presets_as_albedos};
 
 /// A material as the file has it.
 #[derive(Debug, Deserialize)]
@@ -39,6 +39,36 @@ enum Entry {
         #[serde(default)]
         sigma: f64,
     },
+    /// GGX's facets over a body: of a reflectance F₀ (Schlick), an index (Fresnel), or an index and
+    /// an extinction.
+    Ggx {
+        name: String,
+        #[serde(default)]
+        diffuse: [f64; 3],
+        #[serde(default)]
+        alpha: f64,
+        f0: Option<[f64; 3]>,
+        index: Option<[f64; 3]>,
+        extinction: Option<[f64; 3]>,
+    },
+}
+
+/// A material of either lobe.
+#[derive(Debug, Clone)]
+pub(super) enum AnyMaterial {
+    /// Of Ward's.
+    Ward(Material),
+    /// Of GGX.
+    Ggx(GgxMaterial),
+}
+
+impl AnyMaterial {
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Ward(material) => material.name(),
+            Self::Ggx(material) => material.name(),
+        }
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -49,16 +79,32 @@ struct File {
 
 /// The materials of `--materials`, or the presets; of those the ones that `--material` names, in
 /// its order.
+///
+/// # Errors
+/// Those of reading them, and [`Error::Request`] for one of GGX.
 pub(super) fn load(options: &Materials) -> Result<Vec<Material>> {
-    let all = match &options.materials {
+    let ward = |material| match material {
+        AnyMaterial::Ward(material) => Ok(material),
+        AnyMaterial::Ggx(material) => Err(Error::request(
+            format!("the material {:?} is of GGX", material.name()),
+            "only lobes render knows those; give it as plastic, metal or albedos",
+        )),
+    };
+    load_any(options)?.into_iter().map(ward).collect()
+}
+
+/// The same, of either lobe.
+pub(super) fn load_any(options: &Materials) -> Result<Vec<AnyMaterial>> {
+    let ward = |materials: Vec<Material>| materials.into_iter().map(AnyMaterial::Ward).collect();
+    let all: Vec<AnyMaterial> = match &options.materials {
         Some(path) => read(path)?,
-        None if options.as_albedos => presets_as_albedos(),
-        None => presets(),
+        None if options.as_albedos => ward(presets_as_albedos()),
+        None => ward(presets()),
     };
     if options.only.is_empty() {
         return Ok(all);
     }
-    let names: Vec<&str> = all.iter().map(Material::name).collect();
+    let names: Vec<&str> = all.iter().map(AnyMaterial::name).collect();
     let mut places: Vec<usize> = Vec::new();
     for name in &options.only {
         let place = named::find("material", name, &names)?;
@@ -74,14 +120,13 @@ pub(super) fn load(options: &Materials) -> Result<Vec<Material>> {
 /// # Errors
 /// [`Error::File`], or [`Error::Request`] for the presets, for two that would be called the
 /// same.
-pub(super) fn stems(file: Option<&Path>, materials: &[Material]) -> Result<Vec<String>> {
-    let stems: Vec<String> = materials.iter().map(|m| slug(m.name())).collect();
+pub(super) fn stems(file: Option<&Path>, names: &[&str]) -> Result<Vec<String>> {
+    let stems: Vec<String> = names.iter().map(|name| slug(name)).collect();
     for (second, stem) in stems.iter().enumerate() {
         if let Some(first) = stems[..second].iter().position(|other| other == stem) {
             let problem = format!(
                 "the materials {:?} and {:?} would both be written as {stem:?}",
-                materials[first].name(),
-                materials[second].name()
+                names[first], names[second]
             );
             let remedy = "give one of them another name";
             return Err(match file {
@@ -93,7 +138,7 @@ pub(super) fn stems(file: Option<&Path>, materials: &[Material]) -> Result<Vec<S
     Ok(stems)
 }
 
-fn read(path: &Path) -> Result<Vec<Material>> {
+fn read(path: &Path) -> Result<Vec<AnyMaterial>> {
     let text = std::fs::read_to_string(path).map_err(|error| {
         Error::file(
             path,
@@ -102,7 +147,10 @@ fn read(path: &Path) -> Result<Vec<Material>> {
         )
     })?;
     match Format::of_path(path) {
-        Some(format) => foreign(path, format, &text),
+        Some(format) => {
+            let found = foreign(path, format, &text)?;
+            Ok(found.into_iter().map(AnyMaterial::Ward).collect())
+        }
         None => parse(path, &text),
     }
 }
@@ -127,7 +175,7 @@ fn foreign(path: &Path, format: Format, text: &str) -> Result<Vec<Material>> {
 }
 
 /// The materials of a file's text.
-pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Material>> {
+pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<AnyMaterial>> {
     let file: File = toml::from_str(text).map_err(|error| {
         let line = error
             .span()
@@ -138,7 +186,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Material>> {
             "docs/how-to/materials.md shows the form",
         )
     })?;
-    let mut materials: Vec<Material> = Vec::new();
+    let mut materials: Vec<AnyMaterial> = Vec::new();
     for entry in file.material {
         let material = match entry {
             Entry::Plastic {
@@ -146,19 +194,36 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Material>> {
                 reflectance,
                 specularity,
                 sigma,
-            } => Material::plastic(name, reflectance, specularity, sigma),
+            } => Material::plastic(name, reflectance, specularity, sigma).map(AnyMaterial::Ward),
             Entry::Metal {
                 name,
                 reflectance,
                 specularity,
                 sigma,
-            } => Material::metal(name, reflectance, specularity, sigma),
+            } => Material::metal(name, reflectance, specularity, sigma).map(AnyMaterial::Ward),
             Entry::Albedos {
                 name,
                 diffuse,
                 specular,
                 sigma,
-            } => Material::from_albedos(name, diffuse, specular, sigma),
+            } => Material::from_albedos(name, diffuse, specular, sigma).map(AnyMaterial::Ward),
+            Entry::Ggx {
+                name,
+                diffuse,
+                alpha,
+                f0,
+                index,
+                extinction,
+            } => {
+                let Some(fresnel) = fresnel(f0, index, extinction) else {
+                    return Err(Error::file(
+                        path,
+                        format!("material {name:?} does not say what its facets reflect"),
+                        "give f0, or index, or index and extinction",
+                    ));
+                };
+                GgxMaterial::new(name, diffuse, alpha, fresnel).map(AnyMaterial::Ggx)
+            }
         }
         .map_err(|error| {
             Error::file(
@@ -186,11 +251,30 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Material>> {
     Ok(materials)
 }
 
+/// What facets reflect; none where too little or too much is said.
+fn fresnel(
+    f0: Option<[f64; 3]>,
+    index: Option<[f64; 3]>,
+    extinction: Option<[f64; 3]>,
+) -> Option<[Fresnel; 3]> {
+    Some(match (f0, index, extinction) {
+        (Some(f0), None, None) => f0.map(|normal| Fresnel::Schlick { normal }),
+        (None, Some(index), None) => index.map(|index| Fresnel::Dielectric { index }),
+        (None, Some(index), Some(extinction)) => {
+            std::array::from_fn(|channel| Fresnel::Conductor {
+                index: index[channel],
+                extinction: extinction[channel],
+            })
+        }
+        _ => return None,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn read_text(text: &str) -> Result<Vec<Material>> {
+    fn read_text(text: &str) -> Result<Vec<AnyMaterial>> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), text).unwrap();
         read(file.path())
@@ -201,13 +285,33 @@ mod tests {
         let materials = read_text(
             "[[material]]\nname = 'a'\nkind = 'plastic'\nreflectance = [0.5, 0.5, 0.5]\nspecularity = 0.1\nsigma = 0.05\n\
              [[material]]\nname = 'b'\nkind = 'metal'\nreflectance = [0.8, 0.6, 0.4]\nspecularity = 0.5\n\
-             [[material]]\nname = 'c'\nkind = 'albedos'\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.1, 0.1, 0.1]\nsigma = 0.2\n",
+             [[material]]\nname = 'c'\nkind = 'albedos'\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.1, 0.1, 0.1]\nsigma = 0.2\n\
+             [[material]]\nname = 'd'\nkind = 'ggx'\ndiffuse = [0.3, 0.3, 0.3]\nalpha = 0.2\nindex = [1.5, 1.5, 1.5]\n\
+             [[material]]\nname = 'e'\nkind = 'ggx'\nindex = [0.2, 0.4, 1.5]\nextinction = [3.1, 2.7, 1.9]\n",
         )
         .unwrap();
-        assert_eq!(materials.len(), 3);
-        assert!((materials[0].diffuse()[0] - 0.45).abs() < 1e-15);
-        assert!((materials[1].specular()[2] - 0.2).abs() < 1e-15);
-        assert!((materials[2].diffuse()[1] - 0.2).abs() < 1e-15);
+        let [
+            AnyMaterial::Ward(a),
+            AnyMaterial::Ward(b),
+            AnyMaterial::Ward(c),
+            AnyMaterial::Ggx(d),
+            AnyMaterial::Ggx(e),
+        ] = &materials[..]
+        else {
+            panic!("{materials:?}");
+        };
+        assert!((a.diffuse()[0] - 0.45).abs() < 1e-15);
+        assert!((b.specular()[2] - 0.2).abs() < 1e-15);
+        assert!((c.diffuse()[1] - 0.2).abs() < 1e-15);
+        assert_eq!(
+            (d.alpha(), d.fresnel()[0]),
+            (0.2, Fresnel::Dielectric { index: 1.5 })
+        );
+        let gold = Fresnel::Conductor {
+            index: 0.4,
+            extinction: 2.7,
+        };
+        assert_eq!((e.alpha(), e.fresnel()[1]), (0.0, gold));
     }
 
     #[test]
@@ -216,6 +320,14 @@ mod tests {
             ("", "material"),
             ("material = []", "no material"),
             ("[[material]]\nname = 'a'\nkind = 'wood'\n", "line"),
+            (
+                "[[material]]\nname = 'a'\nkind = 'ggx'\nalpha = 0.1\n",
+                "facets",
+            ),
+            (
+                "[[material]]\nname = 'a'\nkind = 'ggx'\nalpha = 2.0\nf0 = [0.1, 0.1, 0.1]\n",
+                "α",
+            ),
             (
                 "[[material]]\nname = 'a'\nkind = 'plastic'\nreflectance = [0.5, 0.5, 1.5]\n",
                 "material 1",

@@ -2,19 +2,21 @@
 
 use std::path::Path;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
-use crate::arguments::Render;
-use crate::error::Result;
+use crate::arguments::{Render, RenderLobe};
+use crate::error::{Error, Result};
 use crate::lights::no_light;
+use crate::materials::AnyMaterial;
 use crate::output::OutputFolder;
 use crate::output::sphere_exr;
 use crate::place::Place;
-use crate::{console, input, materials, training_set};
+use crate::{console, input, materials, progress, training_set};
 use lobes::Parallelism;
 use lobes::illumination::{EnvironmentMap, Luminance, builtin};
 use lobes::picture::encode_png;
-use lobes::reflection::{Renderer, Settings};
+use lobes::reflectance::{Fresnel, GgxMaterial};
+use lobes::reflection::{Camera, LightTree, Renderer, Settings, SphereImage, Surface};
 
 pub(super) fn run(options: &Render) -> Result<()> {
     if let Some(set) = &options.set {
@@ -27,26 +29,26 @@ pub(super) fn run(options: &Render) -> Result<()> {
         distance: options.distance,
     }
     .camera()?;
-    let materials = materials::load(&options.materials)?;
-    let stems = materials::stems(options.materials.materials.as_deref(), &materials)?;
+    let materials = materials::load_any(&options.materials)?;
+    let names: Vec<&str> = materials.iter().map(AnyMaterial::name).collect();
+    let stems = materials::stems(options.materials.materials.as_deref(), &names)?;
+    let materials = with_facets(options, materials)?;
     let map = light(options)?;
-    let settings = Settings {
-        size: options.size,
-        tolerance: options.tolerance,
-        ..Settings::default()
-    };
-    let renderer = Renderer::new(&map, Parallelism::Rayon)?;
+    let mut scene = Scene::new(&map, camera, options);
     let mut output = OutputFolder::open(&options.out)?;
     let mut answers = Vec::new();
+    let mut pictures = 0;
+    let bar = progress::bar(materials.len(), "rendering");
     for (material, stem) in materials.iter().zip(&stems) {
-        let rendering = renderer.render(
-            material,
-            options.lobe.name,
-            &camera,
-            &settings,
-            Parallelism::Rayon,
-        )?;
-        let image = rendering.image;
+        let surface = match material {
+            AnyMaterial::Ward(material) => {
+                Surface::Ward(material, options.lobe.ward().unwrap_or_default())
+            }
+            AnyMaterial::Ggx(material) => Surface::Ggx(material),
+        };
+        let rendered = scene.render(surface)?;
+        bar.inc(1);
+        let image = &rendered.image;
         // A white sphere in light of mean radiance L shows about L; half of white leaves room
         // above.
         let exposure = 0.5 / Luminance::Rec709.of(map.mean());
@@ -55,30 +57,166 @@ pub(super) fn run(options: &Render) -> Result<()> {
             format!("{stem}.png"),
             encode_png(options.size, options.size, exposure, pixel)?,
         )?;
-        output.add(format!("{stem}.exr"), sphere_exr(&image)?)?;
-        answers.push(json!({
+        output.add(format!("{stem}.exr"), sphere_exr(image)?)?;
+        pictures += 2;
+        let mut answer = json!({
             "light": map.name(),
-            "material": material.name(),
+            "material": surface.name(),
             "png": options.out.join(format!("{stem}.png")).display().to_string(),
             "exr": options.out.join(format!("{stem}.exr")).display().to_string(),
-            "error": rendering.error,
-        }));
-        console::answer(format!(
-            "{}: relative error {:.1e} (estimated)",
-            material.name(),
-            rendering.error
-        ));
+        });
+        let said = match &rendered.error {
+            Known::Estimate(error) => {
+                answer["error"] = Value::from(*error);
+                format!("relative error {error:.1e} (estimated)")
+            }
+            Known::Bound(bound, bounds) => {
+                let name = format!("{stem}-bound.exr");
+                output.add(&name, sphere_exr(bounds)?)?;
+                pictures += 1;
+                answer["bound"] = Value::from(*bound);
+                answer["bounds"] = options.out.join(&name).display().to_string().into();
+                format!("every pixel within {bound:.1e} (proven)")
+            }
+        };
+        answers.push(answer);
+        console::answer(format!("{}: {said}", surface.name()));
     }
+    bar.finish_and_clear();
     output.commit()?;
     for answer in &answers {
         console::json(answer)?;
     }
     console::note(format!(
-        "wrote {} images to {}",
-        2 * materials.len(),
+        "wrote {pictures} images to {}",
         options.out.display()
     ));
     Ok(())
+}
+
+/// The materials with the lobe and the facets that were asked for.
+fn with_facets(options: &Render, materials: Vec<AnyMaterial>) -> Result<Vec<AnyMaterial>> {
+    let facets = facets(options)?;
+    if options.lobe != RenderLobe::Ggx {
+        return match facets {
+            None => Ok(materials),
+            Some(_) => Err(Error::request(
+                "--ior and --metal are of GGX's facets, and the lobe is one of Ward's",
+                "add --lobe ggx",
+            )),
+        };
+    }
+    let faceted = materials.into_iter().map(|material| {
+        let material = match material {
+            AnyMaterial::Ward(material) => match facets {
+                // A metal has no body under its surface.
+                Some(fresnel) => GgxMaterial::new(
+                    material.name(),
+                    if options.metal.is_empty() {
+                        material.diffuse()
+                    } else {
+                        [0.0; 3]
+                    },
+                    material.roughness().sigma(),
+                    fresnel,
+                ),
+                None => GgxMaterial::from_ward(&material),
+            }
+            .map_err(|error| Error::of(format!("material {}", material.name()), error))?,
+            AnyMaterial::Ggx(material) => material,
+        };
+        Ok(AnyMaterial::Ggx(material))
+    });
+    faceted.collect()
+}
+
+/// What `--ior` or `--metal` says of the facets.
+fn facets(options: &Render) -> Result<Option<[Fresnel; 3]>> {
+    let each = |what, values: &[Fresnel]| match *values {
+        [] => Ok(None),
+        [all] => Ok(Some([all; 3])),
+        [red, green, blue] => Ok(Some([red, green, blue])),
+        _ => Err(Error::request(
+            format!("{what} has {} values", values.len()),
+            "give one, or one each for red, green and blue",
+        )),
+    };
+    let glass: Vec<Fresnel> = options
+        .ior
+        .iter()
+        .map(|&index| Fresnel::Dielectric { index })
+        .collect();
+    let facets = each("--ior", &glass)?;
+    Ok(facets.or(each("--metal", &options.metal)?))
+}
+
+/// How far a picture is off at most.
+enum Known {
+    /// As the renderer estimates.
+    Estimate(f64),
+    /// Proven: the largest relative one, and those of the pixels.
+    Bound(f64, SphereImage),
+}
+
+struct Rendered {
+    image: SphereImage,
+    error: Known,
+}
+
+/// A light and a camera, and what was made ready of the light so far.
+struct Scene<'a> {
+    map: &'a EnvironmentMap,
+    camera: Camera,
+    options: &'a Render,
+    renderer: Option<Renderer>,
+    tree: Option<LightTree>,
+}
+
+impl<'a> Scene<'a> {
+    fn new(map: &'a EnvironmentMap, camera: Camera, options: &'a Render) -> Self {
+        Self {
+            map,
+            camera,
+            options,
+            renderer: None,
+            tree: None,
+        }
+    }
+
+    fn render(&mut self, surface: Surface<'_>) -> Result<Rendered> {
+        let (all, camera) = (Parallelism::Rayon, self.camera);
+        let (size, tolerance) = (self.options.size, self.options.tolerance);
+        match surface {
+            Surface::Ward(material, variant) if !self.options.bound => {
+                let renderer = match &mut self.renderer {
+                    Some(renderer) => renderer,
+                    none => none.insert(Renderer::new(self.map, all)?),
+                };
+                let settings = Settings {
+                    size,
+                    tolerance,
+                    ..Settings::default()
+                };
+                let rendering = renderer.render(material, variant, &camera, &settings, all)?;
+                Ok(Rendered {
+                    image: rendering.image,
+                    error: Known::Estimate(rendering.error),
+                })
+            }
+            surface => {
+                let tree = match &mut self.tree {
+                    Some(tree) => tree,
+                    none => none.insert(LightTree::new(self.map, all)?),
+                };
+                let picture = tree.render(surface, &camera, size, tolerance, all)?;
+                let largest = picture.relative_bound();
+                Ok(Rendered {
+                    image: picture.image,
+                    error: Known::Bound(largest, picture.bounds),
+                })
+            }
+        }
+    }
 }
 
 /// The map that `--light` names: a built-in one, or a file.

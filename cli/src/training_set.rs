@@ -141,7 +141,8 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
         "lights",
         lights.iter().map(|light| stem(light)).collect(),
     )?;
-    let stems = materials::stems(Some(path), &materials)?;
+    let called: Vec<&str> = materials.iter().map(Material::name).collect();
+    let stems = materials::stems(Some(path), &called)?;
     let file = |light: usize, material: usize, camera: usize| {
         format!("{}/{}-{:03}.exr", names[light], stems[material], camera)
     };

@@ -22,13 +22,15 @@ mod reference;
 mod region;
 mod renderer;
 mod ring_renderer;
+mod surface;
 
 pub use camera::{Camera, ShadingPoint};
 pub use image::{SphereImage, check_size};
-pub use light_tree::{Bounded, FunctionLobe, LightTree};
+pub use light_tree::{Bounded, BoundedImage, FunctionLobe, LightTree};
 pub(crate) use operator::check_spectrum;
 pub use operator::{Operator, Viewpoint};
 pub use operator_table::{OperatorSet, OperatorTable};
 pub use reference::{Reference, reference};
 pub use renderer::{Renderer, Rendering, Settings};
 pub use ring_renderer::{RingLight, RingRenderer};
+pub use surface::Surface;

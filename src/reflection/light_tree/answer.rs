@@ -4,13 +4,14 @@ use fearless_simd::{dispatch, prelude::*};
 use glam::DVec3;
 
 use super::descent::Workspace;
+use super::ggx_lobe::GgxLobe;
 use super::lobe::{FunctionLobe, LambertLobe, Lobe};
 use super::opening::LEBESGUE;
 use super::tree::LightTree;
 use super::ward_lobe::WardLobe;
-use crate::reflectance::{Material, Variant, Ward};
-use crate::reflection::ShadingPoint;
+use crate::reflectance::{Fresnel, Ward};
 use crate::reflection::renderer::check_unit;
+use crate::reflection::{Camera, ShadingPoint, SphereImage, Surface, check_size};
 use crate::sphere::to_map;
 use crate::{Error, Parallelism, Result};
 
@@ -19,12 +20,14 @@ use crate::{Error, Parallelism, Result};
 /// ```
 /// use lobes::illumination::EnvironmentMap;
 /// use lobes::reflectance::{Material, Variant};
-/// use lobes::reflection::{LightTree, ShadingPoint};
+/// use lobes::reflection::{LightTree, ShadingPoint, Surface};
 /// use lobes::{Parallelism, glam::DVec3};
 /// let map = EnvironmentMap::new("grey", 32, 16, vec![[2.0; 3]; 512])?;
 /// let tree = LightTree::new(&map, Parallelism::Sequential)?;
 /// let point = ShadingPoint { normal: DVec3::Y, view: DVec3::Y };
-/// let seen = tree.radiance(&Material::white(), Variant::Duer, &[point], 1e-4, Parallelism::Sequential)?[0];
+/// let white = Material::white();
+/// let surface = Surface::Ward(&white, Variant::Duer);
+/// let seen = tree.radiance(surface, &[point], 1e-4, Parallelism::Sequential)?[0];
 /// // White under the same light from everywhere: the light itself.
 /// assert!((seen.value[0] - 2.0).abs() <= seen.bound && seen.bound <= 2e-4);
 /// # Ok::<(), lobes::Error>(())
@@ -35,6 +38,72 @@ pub struct Bounded {
     pub value: [f64; 3],
     /// No channel is off by more.
     pub bound: f64,
+}
+
+/// A picture of a sphere and what the error of each pixel does not pass.
+///
+/// ```
+/// use lobes::illumination::EnvironmentMap;
+/// use lobes::reflectance::{Fresnel, GgxMaterial};
+/// use lobes::reflection::{Camera, LightTree, Surface};
+/// use lobes::{Parallelism, glam::DVec3};
+/// let map = EnvironmentMap::new("even", 32, 16, vec![[1.0; 3]; 512])?;
+/// let tree = LightTree::new(&map, Parallelism::Sequential)?;
+/// let glass = [Fresnel::Dielectric { index: 1.5 }; 3];
+/// let plastic = GgxMaterial::new("plastic", [0.5; 3], 0.3, glass)?;
+/// let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
+/// let picture = tree.render(Surface::Ggx(&plastic), &camera, 8, 1e-3, Parallelism::Sequential)?;
+/// let (seen, bound) = (picture.image.get(4, 4).unwrap(), picture.bounds.get(4, 4).unwrap());
+/// // The body, and of the facets some 4 %.
+/// assert!(seen[0] > 0.5 && seen[0] < 0.56 && bound[0] <= 1e-3 * seen[0]);
+/// # Ok::<(), lobes::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoundedImage {
+    /// The picture.
+    pub image: SphereImage,
+    /// No channel of the picture's pixel is off by more; the three channels are the same.
+    pub bounds: SphereImage,
+    /// The least radiance that an error is relative to.
+    floor: f64,
+}
+
+impl BoundedImage {
+    /// The largest bound over the mean of its pixel's channels, or over a hundredth of what a white
+    /// surface would show under the map's mean radiance, if that is larger; at most the tolerance
+    /// that was asked.
+    pub fn relative_bound(&self) -> f64 {
+        let size = self.image.size();
+        let relative = (0..size * size).filter_map(|at| {
+            let value = self.image.get(at / size, at % size)?;
+            let [bound, ..] = self.bounds.get(at / size, at % size)?;
+            Some(bound / mean(&value).max(self.floor))
+        });
+        relative.fold(0.0, f64::max)
+    }
+}
+
+/// The specular part of a surface.
+enum Specular {
+    None,
+    /// What it reflects as a mirror, by the cosine of the view.
+    Mirror([Fresnel; 3]),
+    Ward(Ward, [f64; 3]),
+    Ggx(f64, [Fresnel; 3]),
+}
+
+impl Specular {
+    fn new(surface: Surface<'_>) -> Self {
+        match surface {
+            Surface::Ward(material, _) if material.is_matte() => Self::None,
+            Surface::Ward(material, variant) => match material.lobe(variant) {
+                Some(ward) => Self::Ward(ward, material.specular()),
+                None => Self::Mirror(material.specular().map(Fresnel::Constant)),
+            },
+            Surface::Ggx(material) if material.alpha() == 0.0 => Self::Mirror(material.fresnel()),
+            Surface::Ggx(material) => Self::Ggx(material.alpha(), material.fresnel()),
+        }
+    }
 }
 
 /// What is wanted of a part of a radiance.
@@ -92,8 +161,7 @@ impl LightTree {
     /// ends in a root at the horizon would take more than memory.
     pub fn radiance(
         &self,
-        material: &Material,
-        variant: Variant,
+        surface: Surface<'_>,
         points: &[ShadingPoint],
         tolerance: f64,
         parallelism: Parallelism,
@@ -103,26 +171,52 @@ impl LightTree {
             check_unit(point.normal)?;
             check_unit(point.view)?;
         }
-        let ward = material.lobe(variant);
+        let specular = Specular::new(surface);
         let blocks = parallelism.map(points.len().div_ceil(BLOCK), |block| {
             let mut work = Workspace::default();
             let mut paces = [Pace::new(self); 2];
             points[block * BLOCK..((block + 1) * BLOCK).min(points.len())]
                 .iter()
                 .map(|point| {
-                    self.point(
-                        material,
-                        ward.as_ref(),
-                        point,
-                        tolerance,
-                        &mut paces,
-                        &mut work,
-                    )
+                    let diffuse = surface.diffuse();
+                    self.point(diffuse, &specular, point, tolerance, &mut paces, &mut work)
                 })
                 .collect::<Result<Vec<_>>>()
         });
         let blocks = blocks.into_iter().collect::<Result<Vec<_>>>()?;
         Ok(blocks.concat())
+    }
+
+    /// A picture of `size` × `size` pixels: what their centres see, each as
+    /// [`radiance`](Self::radiance) has it.
+    ///
+    /// # Errors
+    /// As [`radiance`](Self::radiance), and [`Error::Domain`] for a size that no picture has.
+    pub fn render(
+        &self,
+        surface: Surface<'_>,
+        camera: &Camera,
+        size: usize,
+        tolerance: f64,
+        parallelism: Parallelism,
+    ) -> Result<BoundedImage> {
+        check_size(size)?;
+        let pixels = || (0..size * size).map(|at| camera.pixel(size, at / size, at % size));
+        let points: Vec<ShadingPoint> = pixels().flatten().collect();
+        let answers = self.radiance(surface, &points, tolerance, parallelism)?;
+        let image = |of: fn(&Bounded) -> [f64; 3]| {
+            let mut answers = answers.iter();
+            let pixels = pixels().map(|point| {
+                let answer = point.and_then(|_| answers.next());
+                answer.map_or([0.0; 3], of)
+            });
+            SphereImage::new(*camera, size, pixels.collect())
+        };
+        Ok(BoundedImage {
+            image: image(|answer| answer.value)?,
+            bounds: image(|answer| [answer.bound; 3])?,
+            floor: self.floor(1.0),
+        })
     }
 
     /// ∫ L f dω over the directions above the horizon, of a lobe that the caller gives, with an
@@ -185,8 +279,8 @@ impl LightTree {
 
     fn point(
         &self,
-        material: &Material,
-        ward: Option<&Ward>,
+        diffuse: [f64; 3],
+        specular: &Specular,
         point: &ShadingPoint,
         tolerance: f64,
         paces: &mut [Pace; 2],
@@ -201,15 +295,11 @@ impl LightTree {
         if cosine <= 0.0 {
             return Ok(sum);
         }
-        let (diffuse, specular) = (material.diffuse(), material.specular());
         let floor = self.floor(1.0);
         if largest(&diffuse) > 0.0 {
+            let alone = matches!(specular, Specular::None);
             let goal = Goal {
-                tolerance: if material.is_matte() {
-                    tolerance
-                } else {
-                    0.5 * tolerance
-                },
+                tolerance: if alone { tolerance } else { 0.5 * tolerance },
                 floor,
                 albedo: diffuse,
                 beside: 0.0,
@@ -217,30 +307,36 @@ impl LightTree {
             };
             sum = self.solve(&LambertLobe { normal }, goal, &mut paces[0], work)?;
         }
-        if !material.is_matte() {
-            let part = match ward {
-                Some(ward) => {
-                    let goal = Goal {
-                        tolerance,
-                        floor,
-                        albedo: specular,
-                        beside: mean(&sum.value),
-                        spent: sum.bound,
-                    };
-                    self.solve(
-                        &WardLobe::new(ward, normal, view),
-                        goal,
-                        &mut paces[1],
-                        work,
-                    )?
-                }
-                None => self.mirror(2.0 * cosine * normal - view, specular),
-            };
-            for (sum, part) in sum.value.iter_mut().zip(part.value) {
-                *sum += part;
+        let goal = Goal {
+            tolerance,
+            floor,
+            albedo: [1.0; 3],
+            beside: mean(&sum.value),
+            spent: sum.bound,
+        };
+        let part = match specular {
+            Specular::None => return Ok(sum),
+            Specular::Mirror(fresnel) => self.mirror(
+                2.0 * cosine * normal - view,
+                fresnel.map(|fresnel| fresnel.reflectance(cosine)),
+            ),
+            Specular::Ward(ward, albedo) => {
+                let lobe = WardLobe::new(ward, normal, view);
+                let goal = Goal {
+                    albedo: *albedo,
+                    ..goal
+                };
+                self.solve(&lobe, goal, &mut paces[1], work)?
             }
-            sum.bound += part.bound;
+            Specular::Ggx(alpha, fresnel) => {
+                let lobe = GgxLobe::new(*alpha, *fresnel, normal, view);
+                self.solve(&lobe, goal, &mut paces[1], work)?
+            }
+        };
+        for (sum, part) in sum.value.iter_mut().zip(part.value) {
+            *sum += part;
         }
+        sum.bound += part.bound;
         Ok(sum)
     }
 

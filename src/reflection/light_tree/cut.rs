@@ -86,9 +86,9 @@ pub(super) struct CutCells<S: Simd> {
     /// The plane's value at the middle and its growth along s and t.
     height: f64x8<S>,
     growth: [f64x8<S>; 2],
-    /// Light of each channel, and the lobe times sin θ, at (s, t) = (−, −), (−, +), (+, −), (+, +).
+    /// Of each channel the light, and the lobe times sin θ, at (s, t) = (−, −), (−, +), (+, −), (+, +).
     light: [[f64x8<S>; 4]; 3],
-    lobe: [f64x8<S>; 4],
+    lobe: [[f64x8<S>; 4]; 3],
     area: f64x8<S>,
 }
 
@@ -105,8 +105,8 @@ impl<S: Simd> CutCells<S> {
         let (sin_down, cos_down) = super::small_angles::small_sin_cos(simd, down);
         let (sin_along, cos_along) = super::small_angles::small_sin_cos(simd, along);
         // (up, before), (up, after), (down, before), (down, after).
-        let mut values = [splat(0.0); 4];
-        for (index, value) in values.iter_mut().enumerate() {
+        let mut values = [[splat(0.0); 4]; 3];
+        for index in 0..4 {
             let sin_down = if index < 2 { -sin_down } else { sin_down };
             let sin_along = if index % 2 == 0 {
                 -sin_along
@@ -120,7 +120,9 @@ impl<S: Simd> CutCells<S> {
                 sine * sin_turn.mul_add(cos_along, cos_turn * sin_along),
                 cosine,
             ];
-            *value = lobe.value(simd, direction) * sine;
+            for (values, value) in values.iter_mut().zip(lobe.value(simd, direction)) {
+                values[index] = value * sine;
+            }
         }
         let (top, bottom) = (light.y - light.height, light.y + light.height);
         let (left, right) = (light.x - light.width, light.x + light.width);
@@ -159,7 +161,7 @@ impl<S: Simd> CutCells<S> {
                 swap.select(grow_down, grow_along),
             ],
             light: corners.map(arrange),
-            lobe: arrange(values),
+            lobe: values.map(arrange),
             area: down * along,
         }
     }
@@ -184,14 +186,14 @@ impl<S: Simd> CutCells<S> {
                 let last = (values[3] - values[1]).mul_add(part, values[1]);
                 [first, last - first]
             };
-            let lobe = along(&self.lobe);
+            let lobes = self.lobe.each_ref().map(along);
             let lights = self.light.each_ref().map(along);
             let weight = weight * half * self.area;
             for node in [-0.577_350_269_189_625_8, 0.577_350_269_189_625_8] {
                 let t = half.mul_add(splat(node), middle);
                 let place = t.mul_add(splat(0.5), splat(0.5));
-                let value = lobe[1].mul_add(place, lobe[0]) * weight;
-                for (sum, light) in sums.iter_mut().zip(&lights) {
+                for ((sum, light), lobe) in sums.iter_mut().zip(&lights).zip(&lobes) {
+                    let value = lobe[1].mul_add(place, lobe[0]) * weight;
                     *sum = light[1].mul_add(place, light[0]).mul_add(value, *sum);
                 }
             }

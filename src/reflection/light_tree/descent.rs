@@ -356,11 +356,11 @@ impl LightTree {
                         sin * place(columns, 0, start),
                         place(rows, 1, start),
                     ];
-                    let value = lobe.value(simd, light);
+                    let values = lobe.value(simd, light);
                     if L::UNTRUSTED {
-                        least = least.min(above_the_horizon(simd, lobe, light, value));
+                        least = least.min(above_the_horizon(simd, lobe, light, values[0]));
                     }
-                    for (channel, sum) in sums.iter_mut().enumerate() {
+                    for (channel, (sum, value)) in sums.iter_mut().zip(values).enumerate() {
                         *sum = value.mul_add(place(weights, channel, start), *sum);
                     }
                 }
@@ -420,13 +420,13 @@ impl LightTree {
             }
             for (&[sin_turn, cos_turn, x], &(_, weight)) in turns.iter().zip(rule) {
                 let direction = [sine * cos_turn, sine * sin_turn, cosine];
-                let value = lobe.value(simd, direction);
+                let values = lobe.value(simd, direction);
                 if L::UNTRUSTED {
-                    *least = least.min(above_the_horizon(simd, lobe, direction, value));
+                    *least = least.min(above_the_horizon(simd, lobe, direction, values[0]));
                 }
-                let value = value * area * weight;
-                for (sum, line) in sums.iter_mut().zip(lines) {
-                    *sum = line[1].mul_add(x, line[0]).mul_add(value, *sum);
+                let area = area * weight;
+                for ((sum, line), value) in sums.iter_mut().zip(lines).zip(values) {
+                    *sum = line[1].mul_add(x, line[0]).mul_add(value * area, *sum);
                 }
             }
         }

@@ -19,11 +19,11 @@ pub(crate) trait Lobe: Sync {
     /// The normal.
     fn normal(&self) -> DVec3;
 
-    /// The function in eight directions.
-    fn value<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> f64x8<S>;
+    /// The function in eight directions, for each channel.
+    fn value<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> [f64x8<S>; 3];
 
-    /// At least the size of the lobe in the directions above the horizon within a chord of `radius`
-    /// of the centre; finite.
+    /// At least the size of the lobe, of its largest channel, in the directions above the horizon
+    /// within a chord of `radius` of the centre; finite.
     fn size<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], radius: f64x8<S>) -> f64x8<S>;
 
     /// What bounds about one direction have in common.
@@ -78,8 +78,8 @@ impl Lobe for LambertLobe {
     }
 
     #[inline(always)]
-    fn value<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> f64x8<S> {
-        dot(simd, self.normal / PI, light, 0.0)
+    fn value<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> [f64x8<S>; 3] {
+        [dot(simd, self.normal / PI, light, 0.0); 3]
     }
 
     #[inline(always)]
@@ -220,8 +220,8 @@ where
     }
 
     #[inline(always)]
-    fn value<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> f64x8<S> {
-        Self::each(simd, light, |_, light| (self.value)(light))
+    fn value<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> [f64x8<S>; 3] {
+        [Self::each(simd, light, |_, light| (self.value)(light)); 3]
     }
 
     #[inline(always)]

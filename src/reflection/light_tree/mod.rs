@@ -4,15 +4,19 @@
 mod answer;
 mod cut;
 mod descent;
+mod ggx_lobe;
+mod half_vector;
 mod lobe;
 mod neighbourhood;
 mod opening;
 mod parts;
 mod rules;
+#[cfg(test)]
+mod sampled_bound;
 mod small_angles;
 mod tree;
 mod ward_lobe;
 
-pub use answer::Bounded;
+pub use answer::{Bounded, BoundedImage};
 pub use lobe::FunctionLobe;
 pub use tree::LightTree;

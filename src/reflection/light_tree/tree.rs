@@ -69,12 +69,14 @@ pub(super) struct Degree {
 /// ```
 /// use lobes::illumination::EnvironmentMap;
 /// use lobes::reflectance::{Material, Variant};
-/// use lobes::reflection::{LightTree, ShadingPoint};
+/// use lobes::reflection::{LightTree, ShadingPoint, Surface};
 /// use lobes::{Parallelism, glam::DVec3};
 /// let map = EnvironmentMap::new("grey", 32, 16, vec![[2.0; 3]; 512])?;
 /// let tree = LightTree::new(&map, Parallelism::Sequential)?;
 /// let point = ShadingPoint { normal: DVec3::X, view: DVec3::X };
-/// let seen = tree.radiance(&Material::white(), Variant::Duer, &[point], 1e-6, Parallelism::Sequential)?;
+/// let white = Material::white();
+/// let surface = Surface::Ward(&white, Variant::Duer);
+/// let seen = tree.radiance(surface, &[point], 1e-6, Parallelism::Sequential)?;
 /// assert!((seen[0].value[0] - 2.0).abs() <= seen[0].bound && seen[0].bound <= 2e-6);
 /// # Ok::<(), lobes::Error>(())
 /// ```

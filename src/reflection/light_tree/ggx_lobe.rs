@@ -1,0 +1,286 @@
+//! The GGX lobe for the tree.
+
+use std::f64::consts::PI;
+
+use fearless_simd::{f64x8, prelude::*};
+use glam::DVec3;
+
+use super::half_vector::{Half, HalfAt, HalfRange, HalfVector};
+use super::lobe::Lobe;
+use super::neighbourhood::Neighbourhood;
+use crate::reflectance::Fresnel;
+
+/// An isotropic GGX lobe whose facets reflect each channel in their own way.
+///
+/// f c_i = F D c_i/(2 (c_i r_v + c_v r_i)), r² = α² + (1 − α²) c², D = (1 + t²)²/(π α² (1 + t²/α²)²),
+/// which is the product of D, F and Smith's factor of [`Ggx`](crate::reflectance::Ggx).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GgxLobe {
+    half: HalfVector,
+    /// α² and 1/α².
+    square: f64,
+    inverse: f64,
+    /// r_v.
+    view: f64,
+    fresnel: [Fresnel; 3],
+}
+
+impl GgxLobe {
+    /// A lobe at a normal and a view above its horizon, in the map's frame.
+    pub(super) fn new(alpha: f64, fresnel: [Fresnel; 3], normal: DVec3, view: DVec3) -> Self {
+        let half = HalfVector::new(normal, view);
+        let square = alpha * alpha;
+        Self {
+            half,
+            square,
+            inverse: 1.0 / square,
+            view: (1.0 - square)
+                .mul_add(half.cosine * half.cosine, square)
+                .sqrt(),
+            fresnel,
+        }
+    }
+
+    /// The factor 1/(2π α²).
+    fn peak(&self) -> f64 {
+        self.inverse / (2.0 * PI)
+    }
+
+    /// r of a light of this height.
+    #[inline(always)]
+    fn stretched<S: Simd>(&self, simd: S, height2: f64x8<S>) -> f64x8<S> {
+        let zero = f64x8::splat(simd, 0.0);
+        (height2 * (1.0 - self.square) + self.square)
+            .max(zero)
+            .sqrt()
+    }
+
+    /// A bound of the largest channel's reflectance.
+    #[inline(always)]
+    fn reflectance<S: Simd>(&self, simd: S, range: &HalfRange<S>) -> f64x8<S> {
+        // The square of the half vector's cosine to the view, |H|²/4, and how far it is off.
+        let square = range.length * range.length * 0.25;
+        let off = (range.length * 2.0 + range.away) * range.away * 0.25;
+        let [red, green, blue] = self.fresnel;
+        let mut bound = red.bound(simd, square, off);
+        if green != red {
+            bound = bound.max(green.bound(simd, square, off));
+        }
+        if blue != green && blue != red {
+            bound = bound.max(blue.bound(simd, square, off));
+        }
+        bound
+    }
+
+    /// A bound of D c_i/(2 (c_i r_v + c_v r_i)) from one of c_i/(c_i r_v + c_v r_i).
+    #[inline(always)]
+    fn with_density<S: Simd>(&self, simd: S, range: &HalfRange<S>, masked: f64x8<S>) -> f64x8<S> {
+        let splat = |value| f64x8::splat(simd, value);
+        let zero = splat(0.0);
+        // |1 + t²/α²| is no less than its real part.
+        let real = splat(1.0) - range.exponent * self.inverse;
+        let ratio = range.stretch / real;
+        let value = ratio * ratio * masked * self.peak();
+        let finite = zero.simd_lt(range.up) & zero.simd_lt(real);
+        finite.select(value, splat(f64::INFINITY))
+    }
+
+    /// A bound of c_i/(c_i r_v + c_v r_i) where it is analytic over all of a range.
+    #[inline(always)]
+    fn masked<S: Simd>(&self, simd: S, range: &HalfRange<S>) -> f64x8<S> {
+        let splat = |value| f64x8::splat(simd, value);
+        let zero = splat(0.0);
+        let above = range.least.max(zero);
+        // The real part of r² is at least this, and √ of a number in the right half plane has a
+        // real part of at least the root of its real part.
+        let square =
+            (above * above - range.imaginary * range.imaginary) * (1.0 - self.square) + self.square;
+        let whole = range.least * self.view + square.max(zero).sqrt() * self.half.cosine;
+        let value = range.top / whole;
+        // In the right half plane r_i/c_i is there too.
+        let value = zero
+            .simd_lt(range.least)
+            .select(value.min(splat(1.0 / self.view)), value);
+        let finite = zero.simd_lt(square) & zero.simd_lt(whole);
+        finite.select(value, splat(f64::INFINITY))
+    }
+}
+
+impl Lobe for GgxLobe {
+    type At<S: Simd> = HalfAt<S>;
+
+    fn normal(&self) -> DVec3 {
+        self.half.normal
+    }
+
+    #[inline(always)]
+    fn value<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> [f64x8<S>; 3] {
+        let one = f64x8::splat(simd, 1.0);
+        let Half {
+            height,
+            recip,
+            square,
+        } = self.half.of(simd, light);
+        let stretch = square + 1.0;
+        let ratio = stretch / (square * self.inverse + 1.0);
+        let beside = self.stretched(simd, height * height);
+        let whole = height * self.view + beside * self.half.cosine;
+        let value = ratio * ratio * (height / whole) * self.peak();
+        // Half the length of H is the cosine between it and the view.
+        let cosine = (stretch.sqrt() / recip * 0.5).min(one);
+        let [red, green, blue] = self.fresnel;
+        let first = value * red.reflectances(simd, cosine);
+        if red == green && green == blue {
+            return [first; 3];
+        }
+        [
+            first,
+            value * green.reflectances(simd, cosine),
+            value * blue.reflectances(simd, cosine),
+        ]
+    }
+
+    #[inline(always)]
+    fn size<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], radius: f64x8<S>) -> f64x8<S> {
+        let one = f64x8::splat(simd, 1.0);
+        let range = self.half.above(simd, centre, radius);
+        // c_i/(c_i r_v + c_v r_i) = 1/(r_v + c_v r_i/c_i) grows with c_i.
+        let beside = self.stretched(simd, range.top * range.top);
+        let masked = range.top / (range.top * self.view + beside * self.half.cosine);
+        let reflectance = self.reflectance(simd, &range).min(one);
+        self.with_density(simd, &range, masked) * reflectance
+    }
+
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3]) -> HalfAt<S> {
+        self.half.at(simd, centre)
+    }
+
+    #[inline(always)]
+    fn bound<S: Simd>(&self, simd: S, at: &HalfAt<S>, near: Neighbourhood<S>) -> f64x8<S> {
+        let range = self.half.near(simd, at, near);
+        self.with_density(simd, &range, self.masked(simd, &range)) * self.reflectance(simd, &range)
+    }
+
+    #[inline(always)]
+    fn at_the_horizon<S: Simd>(
+        &self,
+        simd: S,
+        centre: [f64x8<S>; 3],
+        real: f64x8<S>,
+        depth: f64x8<S>,
+    ) -> f64x8<S> {
+        let one = f64x8::splat(simd, 1.0);
+        let range = self.half.at_the_horizon(simd, centre, real, depth);
+        let reflectance = self.reflectance(simd, &range).min(one);
+        self.with_density(simd, &range, self.masked(simd, &range)) * reflectance
+    }
+
+    #[inline(always)]
+    fn reach<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], order: f64) -> f64x8<S> {
+        let splat = |value| f64x8::splat(simd, value);
+        let half = self.half.of(simd, centre);
+        // (1 − x²)⁻² x⁻ᵖ, x the share of the way to the pole of D, is least at x² = p/(p + 4). In the
+        // tail the real part of the slope moves towards the pole as well.
+        let share = 0.8 * (order / (order + 4.0)).sqrt();
+        let pole = (half.square * 0.25 + self.square).sqrt();
+        let reach = self.half.reach(simd, &half, pole * share);
+        // r has a root where the square of the height is −α²/(1 − α²), and F has one where H has no
+        // length; the real part moves about as far as the imaginary.
+        let square = half.height * half.height + self.square;
+        let root = (square.sqrt() * 0.6).min(square / half.height.abs() * 0.4);
+        let up = half.height + splat(self.half.cosine);
+        let length = (half.square + 1.0).sqrt() * up;
+        reach.min(root).min(length * 0.15).max(splat(1e-9))
+    }
+
+    fn rounding(&self) -> f64 {
+        1e-12 + 1e-14 * self.inverse.sqrt() / self.half.cosine
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use super::super::sampled_bound;
+    use super::*;
+    use crate::reflectance::Ggx;
+
+    const FRESNELS: [Fresnel; 5] = [
+        Fresnel::Constant(1.0),
+        Fresnel::Schlick { normal: 0.04 },
+        Fresnel::Dielectric { index: 1.5 },
+        Fresnel::Conductor {
+            index: 0.17,
+            extinction: 3.1,
+        },
+        Fresnel::Conductor {
+            index: 2.7,
+            extinction: 0.8,
+        },
+    ];
+
+    /// F continued analytically, by Fresnel's amplitudes.
+    fn reflectance(fresnel: Fresnel, square: Complex64) -> Complex64 {
+        let c = square.sqrt();
+        let power = |index: Complex64| {
+            let g = (index * index - 1.0 + square).sqrt();
+            let along = index * index * c;
+            ((c - g) / (c + g), (along - g) / (along + g))
+        };
+        let both = |index: Complex64| {
+            let (first, second) = (power(index), power(index.conj()));
+            (first.0 * second.0 + first.1 * second.1) * 0.5
+        };
+        match fresnel {
+            Fresnel::Constant(value) => value.into(),
+            Fresnel::Schlick { normal } => (1.0 - c).powi(5) * (1.0 - normal) + normal,
+            Fresnel::Dielectric { index } => both(index.into()),
+            Fresnel::Conductor { index, extinction } => both(Complex64::new(index, extinction)),
+        }
+    }
+
+    /// The lobe's formula at a complex vector.
+    fn complex(lobe: &GgxLobe, light: [Complex64; 3]) -> f64 {
+        let [cosine, up, square] = lobe.half.complex(light);
+        let stretch = square + 1.0;
+        let density = (stretch / (square * lobe.inverse + 1.0)).powi(2) * lobe.peak();
+        let beside = (cosine * cosine * (1.0 - lobe.square) + lobe.square).sqrt();
+        let masked = cosine / (cosine * lobe.view + beside * lobe.half.cosine);
+        let value = density * masked * reflectance(lobe.fresnel[0], stretch * up * up * 0.25);
+        value.norm()
+    }
+
+    #[test]
+    fn no_complex_vector_passes_the_bound() {
+        let lobe = |index: usize, normal, view| {
+            let alpha = [0.01, 0.05, 0.3, 1.0][index % 4];
+            let fresnel = FRESNELS[index / 4 % FRESNELS.len()];
+            (GgxLobe::new(alpha, [fresnel; 3], normal, view), alpha)
+        };
+        let (finite, closest) = sampled_bound::check(lobe, complex);
+        assert!(finite > 1000 && closest > 0.3, "{finite}, {closest}");
+    }
+
+    #[test]
+    fn above_the_horizon_it_is_the_lobe() {
+        let view = DVec3::new(0.6, 0.0, 0.8);
+        for fresnel in FRESNELS {
+            let ggx = Ggx::isotropic(0.2, fresnel).unwrap();
+            let lobe = GgxLobe::new(0.2, [fresnel; 3], DVec3::Z, view);
+            for light in [
+                DVec3::Z,
+                DVec3::new(-0.6, 0.0, 0.8),
+                DVec3::new(0.0, 0.8, 0.6),
+            ] {
+                let [x, y, z] = light.to_array().map(Complex64::from);
+                let (seen, want) = (complex(&lobe, [x, y, z]), ggx.evaluate(view, light));
+                assert!(
+                    (seen - want).abs() < 1e-13 * want,
+                    "{fresnel:?}: {seen}, {want}"
+                );
+            }
+        }
+    }
+}
