@@ -9,6 +9,7 @@ mod coefficients;
 mod harmonics;
 mod illumination;
 mod interrupt;
+mod light_tree;
 mod operator;
 mod reflectance;
 mod reflection;
@@ -101,6 +102,8 @@ mod _lobes {
         EnvironmentMap, builtin, encode_exr, encode_png, fit_power_law, linear_of_srgb,
         read_linear, srgb_of_linear,
     };
+    #[pymodule_export]
+    use super::light_tree::{GgxMaterial, LightTree};
     #[pymodule_export]
     use super::operator::Operator;
     #[pymodule_export]

@@ -20,7 +20,7 @@ use crate::{error, interrupt, is_record, parallelism, record};
 #[pyclass(frozen, eq, module = "lobes", from_py_object)]
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Camera {
-    camera: reflection::Camera,
+    pub(crate) camera: reflection::Camera,
     /// As they were given.
     towards: [f64; 3],
     up: [f64; 3],
@@ -29,6 +29,14 @@ pub(crate) struct Camera {
 }
 
 impl Camera {
+    /// The camera, or that of a call without arguments.
+    pub(crate) fn or_default(camera: Option<Self>) -> PyResult<Self> {
+        match camera {
+            Some(camera) => Ok(camera),
+            None => Self::new(None, None, None, 0.0),
+        }
+    }
+
     fn made(towards: [f64; 3], up: [f64; 3], distance: Option<f64>, roll: f64) -> PyResult<Self> {
         if !roll.is_finite() {
             return Err(PyValueError::new_err(format!(
@@ -169,7 +177,7 @@ impl Camera {
 }
 
 /// The sizes that the renderer takes.
-fn check_size(size: usize) -> PyResult<()> {
+pub(crate) fn check_size(size: usize) -> PyResult<()> {
     if (1..=1 << 14).contains(&size) {
         Ok(())
     } else {
@@ -177,6 +185,49 @@ fn check_size(size: usize) -> PyResult<()> {
             "the size of the picture is {size}, which is not from 1 to 16384 pixels a side"
         )))
     }
+}
+
+/// A picture as Python has it: pixels, the mask of where the sphere is, the error, the camera.
+pub(crate) fn picture<'py>(
+    py: Python<'py>,
+    image: &SphereImage,
+    error: f64,
+    camera: Camera,
+) -> PyResult<Bound<'py, PyAny>> {
+    let size = image.size();
+    let at = |index: usize| image.get(index / size, index % size);
+    let pixels = (0..size * size).flat_map(|index| at(index).unwrap_or([0.0; 3]));
+    let pixels = shaped(py, &[size, size, 3], pixels.collect())?;
+    let mask = (0..size * size).map(|index| at(index).is_some());
+    let mask = shaped(py, &[size, size], mask.collect::<Vec<bool>>())?;
+    record(py, "Rendering", (pixels, mask, error, camera))
+}
+
+/// What arrays of normals and of views say, and their shape without the last axis.
+pub(crate) fn shading_points(
+    normals: &Bound<'_, PyAny>,
+    views: &Bound<'_, PyAny>,
+) -> PyResult<(Vec<ShadingPoint>, Vec<usize>)> {
+    let normals = Directions::unit(normals, "the array of normals")?;
+    let views = Directions::unit(views, "the array of views")?;
+    if normals.shape != views.shape {
+        return Err(PyValueError::new_err(format!(
+            "there are normals of the shape {} and views of the shape {}, and a view for each normal is needed",
+            shape_name(&normals.shape),
+            shape_name(&views.shape)
+        )));
+    }
+    let points = normals
+        .vectors
+        .iter()
+        .zip(&views.vectors)
+        // Closer to unit length than doubles of single precision are.
+        .map(|(normal, view)| ShadingPoint {
+            normal: normal.normalize(),
+            view: view.normalize(),
+        })
+        .collect();
+    Ok((points, normals.shape))
 }
 
 /// A map prepared for rendering.
@@ -223,10 +274,7 @@ impl Renderer {
         threads: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let variant: Variant = variant.parse().map_err(error)?;
-        let camera = match camera {
-            Some(camera) => camera,
-            None => Camera::new(None, None, None, 0.0)?,
-        };
+        let camera = Camera::or_default(camera)?;
         check_size(size)?;
         let settings = Settings {
             size,
@@ -244,12 +292,7 @@ impl Renderer {
             renderer.render(&material.0, variant, &camera.camera, &settings, threads)
         })?
         .map_err(error)?;
-        let at = |index: usize| rendering.image.get(index / size, index % size);
-        let pixels = (0..size * size).flat_map(|index| at(index).unwrap_or([0.0; 3]));
-        let pixels = shaped(py, &[size, size, 3], pixels.collect())?;
-        let mask = (0..size * size).map(|index| at(index).is_some());
-        let mask = shaped(py, &[size, size], mask.collect::<Vec<bool>>())?;
-        record(py, "Rendering", (pixels, mask, rendering.error, camera))
+        picture(py, &rendering.image, rendering.error, camera)
     }
 
     /// The radiance (…, 3) that is seen of normals (…, 3) from directions (…, 3), of unit length,
@@ -267,32 +310,14 @@ impl Renderer {
         threads: bool,
     ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, f64)> {
         let variant: Variant = variant.parse().map_err(error)?;
-        let normals = Directions::unit(normals, "the array of normals")?;
-        let views = Directions::unit(views, "the array of views")?;
-        if normals.shape != views.shape {
-            return Err(PyValueError::new_err(format!(
-                "there are normals of the shape {} and views of the shape {}, and a view for each normal is needed",
-                shape_name(&normals.shape),
-                shape_name(&views.shape)
-            )));
-        }
-        let points: Vec<_> = normals
-            .vectors
-            .iter()
-            .zip(&views.vectors)
-            // Closer to unit length than doubles of single precision are.
-            .map(|(normal, view)| ShadingPoint {
-                normal: normal.normalize(),
-                view: view.normalize(),
-            })
-            .collect();
+        let (points, shape) = shading_points(normals, views)?;
         let renderer = Arc::clone(&self.renderer);
         let (values, reached) = interrupt::run(py, move || {
             let threads = parallelism(threads);
             renderer.radiance(&material.0, variant, &points, tolerance, threads)
         })?
         .map_err(error)?;
-        let shape = [&normals.shape[..], &[3]].concat();
+        let shape = [&shape[..], &[3]].concat();
         Ok((shaped(py, &shape, values.into_flattened())?, reached))
     }
 

@@ -150,6 +150,17 @@ GOOD = {
         lobes.Renderer(LIGHT).radiance,
         (lobes.Material.white(), DIRECTION, DIRECTION, "gmd", 0.1, False),
     ),
+    "GgxMaterial": (lobes.GgxMaterial, ("name", 0.1, [0.5] * 3, None, [1.5] * 3, [0.1] * 3)),
+    "GgxMaterial.reflectance": (lobes.GgxMaterial("m", 0.1, f0=[0.04] * 3).reflectance, (0.5,)),
+    "LightTree": (lobes.LightTree, (LIGHT, False)),
+    "LightTree.render": (
+        lobes.LightTree(LIGHT).render,
+        (lobes.Material.white(), "gmd", lobes.Camera(), 4, 0.1, False),
+    ),
+    "LightTree.radiance": (
+        lobes.LightTree(LIGHT).radiance,
+        (lobes.Material.white(), DIRECTION, DIRECTION, "gmd", 0.1, False),
+    ),
     "Operator": (lobes.Operator, (0.1, 4, 4, "duer", 3.0, False)),
     "Operator.block": (OPERATOR.block, (1, 0.5, 0.1)),
     "Operator.forward": (OPERATOR.forward, (SET, 0.5, 0.1, 8)),

@@ -24,6 +24,8 @@ DATA = [
     (lobes.Lobe("gmd", 0.1, 0.2), lobes.Lobe("gmd", 0.1)),
     (lobes.Material.metal("é", [0.1, 0.2, 1 / 3], 0.9, 0.1), lobes.Material.metal("e", [0.1, 0.2, 1 / 3], 0.9, 0.1)),
     (lobes.presets()[0], lobes.presets()[1]),
+    (lobes.GgxMaterial("a", 0.2, [0.5] * 3, f0=[0.04] * 3), lobes.GgxMaterial("a", 0.2, [0.5] * 3, index=[1.5] * 3)),
+    (lobes.GgxMaterial("b", 0.0, index=[0.2, 0.4, 1.5], extinction=[3.1, 2.7, 1.9]), lobes.GgxMaterial("b", 0.1, f0=[0.5] * 3)),
     (lobes.Camera([1, 2, 3], distance=4.0).rolled(0.1), lobes.Camera([1, 2, 3], distance=4.0)),
     (MAP, lobes.EnvironmentMap(MAP.pixels, "another")),
     (MAP.spectrum(15), MAP.spectrum(14)),
@@ -57,7 +59,7 @@ def test_arrays_of_data_are_copied():
 
 
 def test_plans_print_themselves():
-    for plan in (lobes.Rotation(3), lobes.Renderer(MAP), lobes.Coupling(lobes.Mask(1.0), 4), RENDERING.camera):
+    for plan in (lobes.Rotation(3), lobes.Renderer(MAP), lobes.LightTree(MAP), lobes.Coupling(lobes.Mask(1.0), 4), RENDERING.camera):
         assert "object at" not in repr(plan)
     assert repr(pickle.loads(pickle.dumps(lobes.Rotation(3)))) == "Rotation(3)"
     assert pickle.loads(pickle.dumps(lobes.Coupling(lobes.Mask(1.0), 4))).degree == 4

@@ -177,3 +177,27 @@ def test_the_operator_of_a_view():
     ]:
         with pytest.raises(ValueError, match=sentence):
             wrong()
+
+
+def test_the_tree_proves_its_bounds():
+    light = lobes.EnvironmentMap(np.ones((16, 32, 3)), "even")
+    tree = lobes.LightTree(light)
+    glass = lobes.GgxMaterial("glass", 0.3, index=[1.5] * 3)
+    rendering, bounds = tree.render(glass, size=8, tolerance=1e-2)
+    assert rendering.pixels.shape == (8, 8, 3) and bounds.shape == (8, 8)
+    assert 0 < rendering.error <= 1e-2 and np.all((bounds > 0) == rendering.mask)
+    # In even light facets show less than Fresnel's reflectance of the view would say at grazing, and
+    # about it along the normal.
+    assert rendering.pixels[4, 4, 0] == pytest.approx(glass.reflectance(1.0)[0], rel=0.2)
+    # Ward's lobes within the bound of the renderer's, whose error is an estimate.
+    material, normals = lobes.presets()[2], np.array([[0, 0, 1.0], [0.6, 0, 0.8]])
+    views = np.array([[0, 0, 1.0]] * 2)
+    light = lobes.builtin()[0].resampled(64)
+    values, bounds = lobes.LightTree(light).radiance(material, normals, views, "gmd", 1e-4)
+    others, error = lobes.Renderer(light).radiance(material, normals, views, "gmd", 1e-4)
+    assert values.shape == (2, 3) and bounds.shape == (2,)
+    assert np.allclose(values, others, rtol=5 * error + 2e-4)
+    with pytest.raises(TypeError, match="GgxMaterial"):
+        tree.render("glass")
+    with pytest.raises(ValueError, match="f0"):
+        lobes.GgxMaterial("nothing", 0.1)

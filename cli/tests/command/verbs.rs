@@ -186,6 +186,7 @@ fn bad_amounts_get_a_sentence() {
     std::fs::write(at.join("empty.png"), b"").unwrap();
     std::fs::write(at.join("text.png"), b"text").unwrap();
     let set = |name: &str, text: &str| std::fs::write(at.join(name), text).unwrap();
+    set("ggx.toml", GOLD);
     set("huge.toml", "size = 1000000000\nlights = ['a.pfm']\n");
     set("nan.toml", "size = 8\nlights = ['a.pfm', 'nan.pfm']\n");
     for (arguments, words) in [
@@ -207,6 +208,37 @@ fn bad_amounts_get_a_sentence() {
             &["distance", "-2"],
         ),
         (
+            &["render", "--light", "a.pfm", "--ior", "1.5"],
+            &["--ior", "--lobe ggx"],
+        ),
+        (
+            &[
+                "render", "--light", "a.pfm", "--lobe", "ggx", "--ior", "1.5,1.6",
+            ],
+            &["--ior", "one, or one each"],
+        ),
+        (
+            &[
+                "render", "--light", "a.pfm", "--lobe", "ggx", "--ior", "0.5",
+            ],
+            &["0.5", "[1, 100]"],
+        ),
+        (
+            &[
+                "render",
+                "--light",
+                "a.pfm",
+                "--bound",
+                "--tolerance",
+                "1e-12",
+            ],
+            &["tolerance", "1e-9"],
+        ),
+        (
+            &["reproduce", "--materials", "ggx.toml", "--out", "r"],
+            &["\"gold\"", "lobes render"],
+        ),
+        (
             &["render", "--set", "huge.toml", "--out", "s"],
             &["1000000000", "16384"],
         ),
@@ -222,7 +254,11 @@ fn bad_amounts_get_a_sentence() {
     }
     // What the command line itself cannot mean: exit code 2, and the usage after the sentence.
     for (arguments, words) in [
-        (&["spectrum", "a.pfm", "--jobs", "0"][..], "from 1 to 1024"),
+        (
+            &["render", "--light", "a.pfm", "--metal", "1.5"][..],
+            "n+ki",
+        ),
+        (&["spectrum", "a.pfm", "--jobs", "0"], "from 1 to 1024"),
         (&["spectrum", "a.pfm", "--jobs", "100000"], "from 1 to 1024"),
         (
             &["classify", "a.pfm", "--turns", "99999999999"],
@@ -420,6 +456,71 @@ fn classify(at: &Path, arguments: &[&str]) -> Output {
         .env("XDG_CACHE_HOME", at.join("cache"))
         .output()
         .expect("the command runs")
+}
+
+/// A metal of GGX facets as a file of materials has it: gold at 650, 550 and 450 nm.
+const GOLD: &str = "[[material]]\nname = 'gold'\nkind = 'ggx'\nalpha = 0.3\n\
+    index = [0.168, 0.35, 1.508]\nextinction = [3.138, 2.714, 1.879]\n";
+
+/// GGX's facets, given by options or by a file, come with a bound of every pixel, and Ward's lobes
+/// where it is asked for.
+#[test]
+fn render_proves_bounds() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.pfm"), pfm(2.0)).unwrap();
+    std::fs::write(at.join("ggx.toml"), GOLD).unwrap();
+    let small = ["render", "--json", "--light", "a.pfm", "--size", "8"];
+    let coarse = ["--tolerance", "0.01", "--out"];
+    let metal = "0.168+3.138i,0.35+2.714i,1.508+1.879i";
+    let mut seen = Vec::new();
+    for (out, name, more) in [
+        ("file", "gold", &["--materials", "ggx.toml"][..]),
+        (
+            "option",
+            "old gold",
+            &["--lobe", "ggx", "--metal", metal, "--material", "old gold"],
+        ),
+        (
+            "glass",
+            "black plastic",
+            &[
+                "--lobe",
+                "ggx",
+                "--ior",
+                "1.5",
+                "--material",
+                "black plastic",
+            ],
+        ),
+        (
+            "ward",
+            "old gold",
+            &["--lobe", "gmd", "--bound", "--material", "old gold"],
+        ),
+    ] {
+        let output = lobes(&[&small, more, &coarse, &[out]].concat(), at);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{message}");
+        let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(line["material"], name);
+        let bound = line["bound"].as_f64().unwrap();
+        assert!(bound > 0.0 && bound <= 0.01, "{bound}");
+        let read = |key: &str| {
+            let path = at.join(line[key].as_str().unwrap());
+            lobes::picture::Picture::read(&path).unwrap()
+        };
+        let (picture, bounds) = (read("exr"), read("bounds"));
+        let (value, off) = (picture.get(4, 4).unwrap(), bounds.get(4, 4).unwrap());
+        assert!(
+            off[0] > 0.0 && off[0] <= 0.0101 * value[1],
+            "{value:?}, {off:?}"
+        );
+        seen.push(value);
+    }
+    // Gold reflects more red than blue, and in even light what its albedo is.
+    assert!(seen[0][0] > 1.3 * seen[0][2], "{:?}", seen[0]);
+    assert!(seen[2][0] < 0.3 * seen[0][0], "{seen:?}");
 }
 
 /// Spheres that `render` makes are read back: by their transparency, by the circle, and found; with

@@ -26,6 +26,8 @@ __all__ = [
     "Coupling",
     "EnvironmentMap",
     "FinishReader",
+    "GgxMaterial",
+    "LightTree",
     "Lobe",
     "Mask",
     "Material",
@@ -322,6 +324,52 @@ class Renderer:
         tolerance: float = 1e-3,
         threads: bool = True,
     ) -> tuple[_Doubles, float]: ...
+
+@final
+class GgxMaterial:
+    def __new__(
+        cls,
+        name: str,
+        alpha: float,
+        diffuse: ArrayLike = ...,
+        f0: ArrayLike | None = None,
+        index: ArrayLike | None = None,
+        extinction: ArrayLike | None = None,
+    ) -> GgxMaterial: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def alpha(self) -> float: ...
+    @property
+    def diffuse(self) -> _Triple: ...
+    def reflectance(self, cosine: float) -> _Triple: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+@final
+class LightTree:
+    def __new__(cls, map: EnvironmentMap, threads: bool = True) -> LightTree: ...
+    @property
+    def map(self) -> EnvironmentMap: ...
+    def render(
+        self,
+        material: Material | GgxMaterial,
+        variant: _Variant = "sampled",
+        camera: Camera | None = None,
+        size: int = 128,
+        tolerance: float = 1e-3,
+        threads: bool = True,
+    ) -> tuple[Rendering, _Doubles]: ...
+    def radiance(
+        self,
+        material: Material | GgxMaterial,
+        normals: ArrayLike,
+        views: ArrayLike,
+        variant: _Variant = "sampled",
+        tolerance: float = 1e-3,
+        threads: bool = True,
+    ) -> tuple[_Doubles, _Doubles]: ...
 
 @final
 class Operator:

@@ -1,0 +1,269 @@
+//! Radiances with a proven bound.
+
+use std::sync::Arc;
+
+use lobes::reflectance::{self, Fresnel, Variant};
+use lobes::reflection::{self, Surface};
+use numpy::PyArrayDyn;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::arrays::{check_room, shaped};
+use crate::illumination::EnvironmentMap;
+use crate::reflectance::Material;
+use crate::reflection::{Camera, check_size, picture, shading_points};
+use crate::{error, interrupt, parallelism};
+
+/// A surface of GGX facets over a matte body: an albedo and a reflectance for each channel, and a
+/// width.
+#[pyclass(frozen, eq, module = "lobes", from_py_object)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct GgxMaterial(reflectance::GgxMaterial);
+
+#[pymethods]
+impl GgxMaterial {
+    /// Of facets that reflect f0 along the normal (Schlick), or are of an index of refraction, or
+    /// of an index and an extinction; each is three numbers, of red, green and blue.
+    #[new]
+    #[pyo3(signature = (name, alpha, diffuse=[0.0; 3], f0=None, index=None, extinction=None))]
+    fn new(
+        name: String,
+        alpha: f64,
+        diffuse: [f64; 3],
+        f0: Option<[f64; 3]>,
+        index: Option<[f64; 3]>,
+        extinction: Option<[f64; 3]>,
+    ) -> PyResult<Self> {
+        let fresnel = match (f0, index, extinction) {
+            (Some(f0), None, None) => f0.map(|normal| Fresnel::Schlick { normal }),
+            (None, Some(index), None) => index.map(|index| Fresnel::Dielectric { index }),
+            (None, Some(index), Some(extinction)) => {
+                std::array::from_fn(|channel| Fresnel::Conductor {
+                    index: index[channel],
+                    extinction: extinction[channel],
+                })
+            }
+            _ => {
+                return Err(PyValueError::new_err(
+                    "what the facets reflect is given by f0, by index, or by index and extinction",
+                ));
+            }
+        };
+        reflectance::GgxMaterial::new(name, diffuse, alpha, fresnel)
+            .map(Self)
+            .map_err(error)
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    /// The width of the lobe; 0 for a mirror.
+    #[getter]
+    fn alpha(&self) -> f64 {
+        self.0.alpha()
+    }
+
+    /// The albedo of the body.
+    #[getter]
+    fn diffuse(&self) -> (f64, f64, f64) {
+        self.0.diffuse().into()
+    }
+
+    /// How much the facets reflect of light that meets them at an angle of this cosine.
+    fn reflectance(&self, cosine: f64) -> PyResult<(f64, f64, f64)> {
+        if !(0.0..=1.0).contains(&cosine) {
+            return Err(PyValueError::new_err(format!(
+                "the cosine of the angle of incidence is {cosine}, which is not in [0, 1]"
+            )));
+        }
+        let reflectance = |fresnel: Fresnel| fresnel.reflectance(cosine);
+        Ok(self.0.fresnel().map(reflectance).into())
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<GgxMaterial {:?}, alpha {}>",
+            self.0.name(),
+            self.0.alpha()
+        )
+    }
+
+    fn __hash__(&self) -> u64 {
+        use std::hash::{DefaultHasher, Hash, Hasher};
+        let mut hasher = DefaultHasher::new();
+        self.0.name().hash(&mut hasher);
+        let facets = self.facets().map(Option::unwrap_or_default);
+        let rest = [self.0.alpha()];
+        let numbers = facets.as_flattened().iter().chain(&rest);
+        for value in numbers.chain(&self.0.diffuse()) {
+            // 0 and −0 are equal.
+            (value + 0.0).to_bits().hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let this = slf.get();
+        let [f0, index, extinction] = this.facets();
+        let diffuse = this.0.diffuse();
+        let arguments = (this.name(), this.alpha(), diffuse, f0, index, extinction);
+        Ok((
+            slf.get_type().into_any(),
+            arguments.into_pyobject(slf.py())?,
+        ))
+    }
+}
+
+impl GgxMaterial {
+    /// The reflectance along the normal, the index and the extinction, each where it was given.
+    fn facets(&self) -> [Option<[f64; 3]>; 3] {
+        let each = |of: fn(Fresnel) -> Option<f64>| {
+            let [red, green, blue] = self.0.fresnel().map(of);
+            Some([red?, green?, blue?])
+        };
+        [
+            each(|fresnel| match fresnel {
+                Fresnel::Schlick { normal } => Some(normal),
+                _ => None,
+            }),
+            each(|fresnel| match fresnel {
+                Fresnel::Dielectric { index } | Fresnel::Conductor { index, .. } => Some(index),
+                _ => None,
+            }),
+            each(|fresnel| match fresnel {
+                Fresnel::Conductor { extinction, .. } => Some(extinction),
+                _ => None,
+            }),
+        ]
+    }
+}
+
+/// A material of either lobe.
+enum AnyMaterial {
+    Ward(Material),
+    Ggx(GgxMaterial),
+}
+
+impl AnyMaterial {
+    fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(material) = object.extract::<Material>() {
+            return Ok(Self::Ward(material));
+        }
+        let material = object.extract::<GgxMaterial>();
+        material.map(Self::Ggx).map_err(|_| {
+            PyTypeError::new_err("the material is neither a Material nor a GgxMaterial")
+        })
+    }
+
+    fn surface(&self, variant: Variant) -> Surface<'_> {
+        match self {
+            Self::Ward(material) => Surface::Ward(&material.0, variant),
+            Self::Ggx(material) => Surface::Ggx(&material.0),
+        }
+    }
+}
+
+/// A map made ready for radiances with a proven bound.
+#[pyclass(frozen, module = "lobes")]
+pub(crate) struct LightTree {
+    tree: Arc<reflection::LightTree>,
+    map: EnvironmentMap,
+}
+
+#[pymethods]
+impl LightTree {
+    #[new]
+    #[pyo3(signature = (map, threads=true))]
+    fn new(py: Python<'_>, map: EnvironmentMap, threads: bool) -> PyResult<Self> {
+        let light = Arc::clone(&map.0);
+        let tree = interrupt::run(py, move || {
+            reflection::LightTree::new(&light, parallelism(threads))
+        })?
+        .map_err(error)?;
+        Ok(Self {
+            tree: Arc::new(tree),
+            map,
+        })
+    }
+
+    /// The map.
+    #[getter]
+    fn map(&self) -> EnvironmentMap {
+        self.map.clone()
+    }
+
+    /// A picture of a sphere, its error being the largest relative bound, and an array (size, size)
+    /// that no channel of a pixel is off by more than.
+    #[pyo3(signature = (material, variant="sampled", camera=None, size=128, tolerance=1e-3, threads=true))]
+    #[expect(clippy::too_many_arguments, reason = "named in Python")]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        material: &Bound<'py, PyAny>,
+        variant: &str,
+        camera: Option<Camera>,
+        size: usize,
+        tolerance: f64,
+        threads: bool,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArrayDyn<f64>>)> {
+        let variant: Variant = variant.parse().map_err(error)?;
+        let material = AnyMaterial::of(material)?;
+        let camera = Camera::or_default(camera)?;
+        check_size(size)?;
+        check_room((size * size).saturating_mul(14), "a picture of that size")?;
+        let (tree, at) = (Arc::clone(&self.tree), camera.camera);
+        let rendered = interrupt::run(py, move || {
+            let surface = material.surface(variant);
+            tree.render(surface, &at, size, tolerance, parallelism(threads))
+        })?
+        .map_err(error)?;
+        let bounds = (0..size * size).map(|index| {
+            let bound = rendered.bounds.get(index / size, index % size);
+            bound.map_or(0.0, |[bound, ..]| bound)
+        });
+        let bounds = shaped(py, &[size, size], bounds.collect())?;
+        let error = rendered.relative_bound();
+        Ok((picture(py, &rendered.image, error, camera)?, bounds))
+    }
+
+    /// The radiance (…, 3) that is seen of normals (…, 3) from directions (…, 3), of unit length,
+    /// and an array (…) that no channel is off by more than.
+    #[pyo3(signature = (material, normals, views, variant="sampled", tolerance=1e-3, threads=true))]
+    #[expect(clippy::too_many_arguments, reason = "named in Python")]
+    fn radiance<'py>(
+        &self,
+        py: Python<'py>,
+        material: &Bound<'py, PyAny>,
+        normals: &Bound<'py, PyAny>,
+        views: &Bound<'py, PyAny>,
+        variant: &str,
+        tolerance: f64,
+        threads: bool,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+        let variant: Variant = variant.parse().map_err(error)?;
+        let material = AnyMaterial::of(material)?;
+        let (points, shape) = shading_points(normals, views)?;
+        let tree = Arc::clone(&self.tree);
+        let answers = interrupt::run(py, move || {
+            let surface = material.surface(variant);
+            tree.radiance(surface, &points, tolerance, parallelism(threads))
+        })?
+        .map_err(error)?;
+        let values = answers.iter().flat_map(|answer| answer.value).collect();
+        let bounds = answers.iter().map(|answer| answer.bound).collect();
+        Ok((
+            shaped(py, &[&shape[..], &[3]].concat(), values)?,
+            shaped(py, &shape, bounds)?,
+        ))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<LightTree of {:?}>", self.map.0.name())
+    }
+}
