@@ -22,6 +22,7 @@ mod convolution;
 mod evaluation;
 mod field;
 mod ggx;
+mod healpix;
 mod invariance;
 mod legendre;
 mod map;
@@ -139,6 +140,7 @@ pub fn contracts() -> Vec<Contract> {
         wigner::contracts(),
         complex::contracts(),
         field::contracts(),
+        healpix::contracts(),
         convention::contracts(),
         invariance::contracts(),
         reflectance::contracts(),

@@ -28,7 +28,7 @@ fn at_a_time(cost: usize, threads: Parallelism) -> usize {
 ///
 /// The grids are "gauss-legendre", "clenshaw-curtis" and "fejer", whose azimuths begin at
 /// `first_azimuth` (0, and half a column for "fejer") and grow with the column unless they are
-/// `descending`, and "lat-long", that of environment maps.
+/// `descending`, and "lat-long", that of environment maps; `Transform.healpix` makes those of HEALPix.
 #[pyclass(frozen, eq, module = "lobes")]
 pub(crate) struct Transform {
     transform: harmonics::Transform,
@@ -47,6 +47,21 @@ impl Transform {
     /// The grid.
     pub(crate) fn grid_itself(&self) -> &Grid {
         self.transform.grid()
+    }
+
+    fn rings_and_columns(&self) -> (usize, usize) {
+        let grid = self.transform.grid();
+        (grid.rings(), grid.columns())
+    }
+
+    /// The shape of a map.
+    pub(crate) fn map_shape(&self) -> Vec<usize> {
+        let grid = self.transform.grid();
+        if grid.has_rings_alike() {
+            vec![grid.rings(), grid.columns()]
+        } else {
+            vec![grid.len()]
+        }
     }
 
     /// Multiplications of one map, about.
@@ -75,14 +90,14 @@ impl Transform {
         into: Into,
     ) -> PyResult<Bound<'py, PyAny>> {
         let maps = doubles(maps, "the array of maps")?;
-        let (rings, columns) = self.shape();
-        let mut shape = leading(maps.shape(), &[rings, columns], "the array of maps")?;
+        let mut shape = leading(maps.shape(), &self.map_shape(), "the array of maps")?;
+        let size = self.transform.grid().len();
         let count = self.transform.coefficient_count();
         shape.push(count);
         let out = zeros::<f64>(py, &shape)?;
         let mut guard = out.readwrite();
         let (input, output) = (maps.as_slice()?, guard.as_slice_mut()?);
-        self.in_batches(py, (input, rings * columns), (output, count), threads, into)?;
+        self.in_batches(py, (input, size), (output, count), threads, into)?;
         check_result(output, "a coefficient of the maps")?;
         drop(guard);
         wrap(out, self.degree(), self.orders())
@@ -97,14 +112,14 @@ impl Transform {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let shape = (self.degree(), self.orders());
         let sets = Sets::with_shape(coefficients, "the array of coefficients", Some(shape))?;
-        let (rings, columns) = self.shape();
         let mut shape = sets.shape.clone();
-        shape.extend([rings, columns]);
+        shape.extend(self.map_shape());
+        let size = self.transform.grid().len();
         let out = zeros::<f64>(py, &shape)?;
         let mut guard = out.readwrite();
         let (input, output) = (sets.values()?, guard.as_slice_mut()?);
         let count = self.transform.coefficient_count();
-        self.in_batches(py, (input, count), (output, rings * columns), threads, into)?;
+        self.in_batches(py, (input, count), (output, size), threads, into)?;
         check_result(output, "a value of a map")?;
         drop(guard);
         Ok(out)
@@ -163,9 +178,17 @@ impl Transform {
                 "clenshaw-curtis" => Grid::clenshaw_curtis(rings, columns),
                 "fejer" => Grid::fejer(rings, columns),
                 "lat-long" => Grid::lat_long(rings, columns),
+                "healpix" if columns.is_multiple_of(4) && rings.checked_add(1) == Some(columns) => {
+                    Grid::healpix(columns / 4)
+                }
+                "healpix" => {
+                    return Err(PyValueError::new_err(format!(
+                        "HEALPix has 4 nside - 1 rings and at most 4 nside columns, not {rings} and {columns}; use Transform.healpix"
+                    )));
+                }
                 other => {
                     return Err(PyValueError::new_err(format!(
-                        "there is no grid {other:?}; there are gauss-legendre, clenshaw-curtis, fejer and lat-long"
+                        "there is no grid {other:?}; there are gauss-legendre, clenshaw-curtis, fejer, lat-long and healpix"
                     )));
                 }
             }
@@ -183,6 +206,54 @@ impl Transform {
             transform,
             grid: name,
             first_azimuth,
+        })
+    }
+
+    /// A plan for the pixels of HEALPix in the order of rings, healpy's with ``nest=False``.
+    ///
+    /// `analyse` is by the area of pixels alone there; `analyse_iterated` is healpy's `map2alm`, and
+    /// `analyse_least_squares` exact.
+    ///
+    /// Parameters
+    /// ----------
+    /// nside : int
+    ///     From 1 to 4096, a power of 2 or not.
+    /// degree : int
+    ///     At most 4 nside − 2; to 2 nside coefficients are well determined by maps.
+    /// orders : int, optional
+    ///     The largest order, the degree unless given.
+    ///
+    /// Returns
+    /// -------
+    /// Transform
+    ///     Of maps (12 nside²,).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform.healpix(4, 8)
+    /// >>> f = lobes.random_field(np.ones(9), 1)
+    /// >>> found, residual, steps, condition = transform.analyse_least_squares(transform.synthesise(f))
+    /// >>> np.allclose(found, f, atol=1e-10) and condition < 1.2
+    /// True
+    #[staticmethod]
+    #[pyo3(signature = (nside, degree, orders=None))]
+    fn healpix(
+        py: Python<'_>,
+        nside: usize,
+        degree: usize,
+        orders: Option<usize>,
+    ) -> PyResult<Self> {
+        let transform = py
+            .detach(|| {
+                let grid = Grid::healpix(nside)?;
+                harmonics::Transform::with_orders(&grid, degree, orders.unwrap_or(degree))
+            })
+            .map_err(error)?;
+        Ok(Self {
+            transform,
+            grid: "healpix".into(),
+            first_azimuth: None,
         })
     }
 
@@ -204,13 +275,10 @@ impl Transform {
         self.transform.orders()
     }
 
-    /// Rings and columns of a map.
+    /// The shape of a map: (rings, columns), or (pixels,) on HEALPix.
     #[getter]
-    fn shape(&self) -> (usize, usize) {
-        (
-            self.transform.grid().rings(),
-            self.transform.grid().columns(),
-        )
+    fn shape<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.map_shape())
     }
 
     /// How many coefficients a map has.
@@ -227,11 +295,18 @@ impl Transform {
         PyArray1::from_vec(py, angles.collect())
     }
 
-    /// The azimuth of each column, in radians, not reduced to one turn.
+    /// The azimuth of each column, or of each pixel on HEALPix, in radians, not reduced to one turn.
     #[getter]
     fn azimuths<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let grid = self.transform.grid();
-        let angles = (0..grid.columns()).map(|column| grid.azimuth(column));
+        let rings = if grid.has_rings_alike() {
+            1
+        } else {
+            grid.rings()
+        };
+        let angles = (0..rings).flat_map(|ring| {
+            (0..grid.ring_columns(ring)).map(move |column| grid.azimuth_at(ring, column))
+        });
         PyArray1::from_vec(py, angles.collect())
     }
 
@@ -243,18 +318,20 @@ impl Transform {
         PyArray1::from_vec(py, weights.collect())
     }
 
-    /// The direction of each point in the harmonic frame, (rings, columns, 3).
+    /// The direction of each point in the harmonic frame, (rings, columns, 3), or (pixels, 3).
     #[getter]
     fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let grid = self.transform.grid();
         check_room(3 * grid.len(), "the directions of the grid")?;
         let mut values = Vec::with_capacity(3 * grid.len());
         for ring in 0..grid.rings() {
-            for column in 0..grid.columns() {
+            for column in 0..grid.ring_columns(ring) {
                 values.extend(grid.direction(ring, column).to_array());
             }
         }
-        shaped(py, &[grid.rings(), grid.columns(), 3], values)
+        let mut shape = self.map_shape();
+        shape.push(3);
+        shaped(py, &shape, values)
     }
 
     /// The coefficients of maps (…, rings, columns); those of one call share the recurrence.
@@ -332,6 +409,106 @@ impl Transform {
         self.to_maps(py, coefficients, threads, into)
     }
 
+    /// The coefficients whose map is nearest to a map, by least squares under the grid's weights.
+    ///
+    /// Parameters
+    /// ----------
+    /// map : array_like, of the transform's shape
+    /// tolerance : float
+    ///     What the gradient of the squares falls to, of what it was.
+    /// threads : bool
+    ///     Whether all cores work.
+    ///
+    /// Returns
+    /// -------
+    /// coefficients : Coefficients, (count,)
+    /// residual : float
+    ///     The rms of what they leave of the map.
+    /// steps : int
+    ///     Of conjugate gradients.
+    /// condition : float
+    ///     By how much relative errors of the map can be multiplied, estimated from below.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform.healpix(4, 8)
+    /// >>> coefficients, residual, *_ = transform.analyse_least_squares(np.ones(192))
+    /// >>> bool(np.isclose(coefficients.get(0, 0), np.sqrt(4 * np.pi))), residual < 1e-12
+    /// (True, True)
+    #[pyo3(signature = (map, tolerance=1e-12, threads=true))]
+    fn analyse_least_squares<'py>(
+        &self,
+        py: Python<'py>,
+        map: &Bound<'py, PyAny>,
+        tolerance: f64,
+        threads: bool,
+    ) -> PyResult<Fitted<'py>> {
+        let map = doubles(map, "the map")?;
+        one_map(&leading(map.shape(), &self.map_shape(), "the map")?)?;
+        let values = map.as_slice()?;
+        let fit = py
+            .detach(|| {
+                self.transform
+                    .analyse_least_squares(values, tolerance, parallelism(threads))
+            })
+            .map_err(error)?;
+        fitted(py, fit)
+    }
+
+    /// The coefficients of maps by the grid's weights, corrected some times by those of what they
+    /// leave of the maps: healpy's `map2alm` with `iter`.
+    ///
+    /// Parameters
+    /// ----------
+    /// maps : array_like, (…, *shape)
+    /// iterations : int
+    /// threads : bool
+    ///     Whether all cores work.
+    ///
+    /// Returns
+    /// -------
+    /// Coefficients, (…, count)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform.healpix(8, 16)
+    /// >>> f = lobes.random_field(np.ones(17), 1)
+    /// >>> error = np.abs(transform.analyse_iterated(transform.synthesise(f), 3).array - f.array).max()
+    /// >>> bool(error < 1e-3)
+    /// True
+    #[pyo3(signature = (maps, iterations=3, threads=true))]
+    fn analyse_iterated<'py>(
+        &self,
+        py: Python<'py>,
+        maps: &Bound<'py, PyAny>,
+        iterations: usize,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        const MOST: usize = 1000;
+        if iterations > MOST {
+            return Err(PyValueError::new_err(format!(
+                "{iterations} iterations are more than {MOST}; analyse_least_squares needs fewer"
+            )));
+        }
+        let maps = doubles(maps, "the array of maps")?;
+        let shape = leading(maps.shape(), &self.map_shape(), "the array of maps")?;
+        let mut sets = Vec::new();
+        for map in maps.as_slice()?.chunks_exact(self.transform.grid().len()) {
+            let set = py
+                .detach(|| {
+                    self.transform
+                        .analyse_iterated(map, iterations, parallelism(threads))
+                })
+                .map_err(error)?;
+            check_result(set.as_slice(), "a coefficient of the maps")?;
+            sets.push(set);
+            py.check_signals()?;
+        }
+        wrap_all(py, &shape, sets, (self.degree(), self.orders()))
+    }
+
     /// The gradients of the fields of coefficients at every point of the grid.
     ///
     /// Parameters
@@ -362,10 +539,9 @@ impl Transform {
     ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
         let plan = (self.degree(), self.orders());
         let sets = Sets::with_shape(coefficients, "the array of coefficients", Some(plan))?;
-        let (rings, columns) = self.shape();
         let mut shape = sets.shape.clone();
-        shape.extend([rings, columns]);
-        let size = rings * columns;
+        shape.extend(self.map_shape());
+        let size = self.transform.grid().len();
         check_room(sets.len().saturating_mul(2 * size), "the gradients")?;
         let (mut south, mut east) = (Vec::new(), Vec::new());
         for set in sets.each()? {
@@ -399,14 +575,13 @@ impl Transform {
         threads: bool,
     ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
         let set = complex_set(coefficients, self.degree())?;
-        let (rings, columns) = self.shape();
         let map = py
             .detach(|| {
                 self.transform
                     .synthesise_complex(&set, parallelism(threads))
             })
             .map_err(error)?;
-        shaped(py, &[rings, columns], map)
+        shaped(py, &self.map_shape(), map)
     }
 
     /// The coefficients a_lm, as `synthesise_complex` takes them, of a complex map (rings, columns).
@@ -418,13 +593,7 @@ impl Transform {
         threads: bool,
     ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
         let map = complexes(map, "the map")?;
-        let (rings, columns) = self.shape();
-        let before = leading(map.shape(), &[rings, columns], "the map")?;
-        if !before.is_empty() {
-            return Err(PyValueError::new_err(
-                "there are several maps where one is needed",
-            ));
-        }
+        one_map(&leading(map.shape(), &self.map_shape(), "the map")?)?;
         let values = map.as_slice()?;
         let set = py
             .detach(|| self.transform.analyse_complex(values, parallelism(threads)))
@@ -434,7 +603,7 @@ impl Transform {
     }
 
     fn __repr__(&self) -> String {
-        let (rings, columns) = self.shape();
+        let (rings, columns) = self.rings_and_columns();
         let (degree, orders) = (self.degree(), self.orders());
         format!(
             "Transform({:?}, rings={rings}, columns={columns}, degree={degree}, orders={orders})",
@@ -446,7 +615,7 @@ impl Transform {
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let this = slf.get();
-        let (rings, columns) = this.shape();
+        let (rings, columns) = this.rings_and_columns();
         let descending = this.transform.grid().is_descending() && this.grid != "lat-long";
         let arguments = (
             &this.grid,
@@ -460,6 +629,28 @@ impl Transform {
         Ok((
             slf.get_type().into_any(),
             arguments.into_pyobject(slf.py())?,
+        ))
+    }
+}
+
+/// Coefficients, residual, steps and condition.
+type Fitted<'py> = (Bound<'py, PyAny>, f64, usize, f64);
+
+fn fitted(py: Python<'_>, fit: harmonics::LeastSquares) -> PyResult<Fitted<'_>> {
+    let set = fit.coefficients;
+    check_result(set.as_slice(), "a coefficient")?;
+    let shape = (set.degree(), set.orders());
+    let set = wrap_all(py, &[], vec![set], shape)?;
+    Ok((set, fit.residual, fit.steps, fit.condition))
+}
+
+/// Refuses several maps.
+fn one_map(before: &[usize]) -> PyResult<()> {
+    if before.is_empty() {
+        Ok(())
+    } else {
+        Err(PyValueError::new_err(
+            "there are several maps where one is needed",
         ))
     }
 }
@@ -726,6 +917,60 @@ pub(crate) fn synthesise_at_adjoint<'py>(
         py.check_signals()?;
     }
     wrap_all(py, &shape, sets, (degree, degree))
+}
+
+/// The coefficients whose values at directions (n, 3) of the harmonic frame are nearest to `values`,
+/// by least squares: for samples anywhere.
+///
+/// Parameters
+/// ----------
+/// values : array_like, (n,)
+/// directions : array_like, (n, 3)
+/// degree : int
+/// tolerance : float
+///     What the gradient of the squares falls to, of what it was.
+/// threads : bool
+///     Whether all cores work.
+///
+/// Returns
+/// -------
+/// coefficients, residual, steps, condition
+///     As of `Transform.analyse_least_squares`.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> directions = np.random.default_rng(1).standard_normal((200, 3))
+/// >>> f = lobes.random_field(np.ones(4), 1)
+/// >>> found, *_ = lobes.analyse_at(lobes.synthesise_at(f, directions), directions, 3)
+/// >>> np.allclose(found, f, atol=1e-9)
+/// True
+#[pyfunction]
+#[pyo3(signature = (values, directions, degree, tolerance=1e-12, threads=true))]
+pub(crate) fn analyse_at<'py>(
+    py: Python<'py>,
+    values: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
+    degree: usize,
+    tolerance: f64,
+    threads: bool,
+) -> PyResult<Fitted<'py>> {
+    let directions = Directions::of(directions, "the array of directions")?;
+    let values = doubles(values, "the array of values")?;
+    if values.shape() != &directions.shape[..] || directions.shape.len() != 1 {
+        return Err(PyValueError::new_err(
+            "there is not one value for each of (n, 3) directions",
+        ));
+    }
+    let (basis, _) = basis_of(py, &directions, degree)?;
+    let values = values.as_slice()?;
+    let fit = py
+        .detach(|| {
+            let threads = parallelism(threads);
+            basis.analyse_least_squares(values, &directions.vectors, tolerance, threads)
+        })
+        .map_err(error)?;
+    fitted(py, fit)
 }
 
 /// Wigner's d^l(β), (2 degree + 1, 2 degree + 1), for β in radians: rows m' and columns m from −l to

@@ -94,8 +94,9 @@ mod _lobes {
     use super::classify::{FinishReader, Model, Picture, Training};
     #[pymodule_export]
     use super::harmonics::{
-        Rotation, Transform, basis, basis_gradients, from_harmonic, gradients_at, synthesise_at,
-        synthesise_at_adjoint, to_harmonic, wigner_d, wigner_rotation, wigner_rotation_real,
+        Rotation, Transform, analyse_at, basis, basis_gradients, from_harmonic, gradients_at,
+        synthesise_at, synthesise_at_adjoint, to_harmonic, wigner_d, wigner_rotation,
+        wigner_rotation_real,
     };
     #[pymodule_export]
     use super::illumination::{

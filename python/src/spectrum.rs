@@ -456,11 +456,7 @@ impl Mask {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let grid: &Grid = transform.grid_itself();
         let maps = doubles(maps, "the array of maps")?;
-        leading(
-            maps.shape(),
-            &[grid.rings(), grid.columns()],
-            "the array of maps",
-        )?;
+        leading(maps.shape(), &transform.map_shape(), "the array of maps")?;
         let mut values = maps.as_slice()?.to_vec();
         for map in values.chunks_exact_mut(grid.len()) {
             self.mask().apply(grid, map).map_err(error)?;

@@ -1,5 +1,7 @@
 """Transforms, rotation and values against ducc0, healpy and SciPy."""
 
+import pickle
+
 import ducc0
 import healpy
 import lobes
@@ -228,7 +230,7 @@ def test_what_a_caller_gets_wrong():
     transform = lobes.Transform("lat-long", 16, 32, 7)
     assert transform.shape == (16, 32) and transform.degree == 7
     for wrong, sentence in [
-        (lambda: lobes.Transform("healpix", 16, 32, 7), "there is no grid"),
+        (lambda: lobes.Transform("hexagons", 16, 32, 7), "there is no grid"),
         (lambda: lobes.Transform("lat-long", 16, 32, 90), "degree 90 is beyond"),
         (lambda: transform.analyse(np.zeros((16, 31))), "last dimensions"),
         (lambda: transform.analyse(np.full((16, 32), np.nan)), "finite"),
@@ -328,6 +330,38 @@ def test_beams_gradients_and_random_fields():
         lambda: lobes.gaussian_beam(3, -1),
         lambda: transform.gradient(f.with_degree(23)),
         lambda: lobes.Transform("fejer", 8, 16, 3, 2).gradient(lobes.Coefficients.zeros(3, 2)),
+    ]:
+        with pytest.raises(ValueError):
+            wrong()
+
+
+def test_healpix_and_least_squares():
+    transform = lobes.Transform.healpix(5, 10)
+    assert transform.shape == (300,) and transform.directions.shape == (300, 3) and transform.azimuths.shape == (300,)
+    assert np.isclose(np.repeat(transform.weights, [4, 8, 12, 16] + 11 * [20] + [16, 12, 8, 4]).sum(), 4 * np.pi)
+    assert pickle.loads(pickle.dumps(transform)) == transform != lobes.Transform.healpix(5, 9)
+    f = lobes.random_field(np.ones(11), 4)
+    map = transform.synthesise(f)
+    assert np.allclose(map, lobes.synthesise_at(f, transform.directions), atol=1e-12)
+    found, residual, steps, condition = transform.analyse_least_squares(map, 1e-13)
+    assert np.allclose(found, f, atol=1e-11) and residual < 1e-12 and steps < 20 and 1 < condition < 1.2
+    errors = [np.linalg.norm(transform.analyse_iterated(map, i).array - f.array) for i in (0, 3)]
+    assert errors[1] < 1e-2 * errors[0]
+    both = transform.analyse_iterated(np.stack([map, 2 * map]))
+    assert both.shape == (2,) and np.allclose(2 * both.array[0], both.array[1])
+    cut = lobes.Mask(1.0).apply(transform, map)
+    assert np.array_equal(cut != 0, transform.directions[:, 2] > np.cos(1.0))
+    at, residual, _, _ = lobes.analyse_at(map[:200], transform.directions[:200], 3)
+    matrix = lobes.basis(transform.directions[:200], 3)
+    truth, squares, _, singular = np.linalg.lstsq(matrix, map[:200], rcond=None)
+    assert np.allclose(at, truth, atol=1e-9) and np.isclose(residual, np.sqrt(squares[0] / 200))
+    for wrong in [
+        lambda: lobes.Transform.healpix(0, 1),
+        lambda: lobes.Transform.healpix(2, 7),
+        lambda: lobes.Transform("healpix", 7, 9, 2),
+        lambda: transform.analyse_least_squares(map, 0),
+        lambda: transform.analyse_least_squares(np.stack([map, map])),
+        lambda: lobes.analyse_at(map, transform.directions[:9], 3),
     ]:
         with pytest.raises(ValueError):
             wrong()

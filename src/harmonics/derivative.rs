@@ -81,13 +81,15 @@ impl Transform {
         let mut east = maps.split_off(2 * size);
         let mut south = maps;
         let y = south.split_off(size);
-        let azimuths: Vec<[f64; 2]> = (0..grid.columns())
-            .map(|column| grid.cos_sin_azimuth(column))
-            .collect();
+        let mut azimuths: Vec<[f64; 2]> = Vec::new();
         for ring in 0..grid.rings() {
             let (cos_theta, sin_theta) = (grid.cosines()[ring], grid.sines()[ring]);
-            for (column, [c, s]) in azimuths.iter().enumerate() {
-                let point = ring * grid.columns() + column;
+            if ring == 0 || !grid.has_rings_alike() {
+                let columns = 0..grid.ring_columns(ring);
+                azimuths.clear();
+                azimuths.extend(columns.map(|column| grid.cos_sin_azimuth(ring, column)));
+            }
+            for (point, [c, s]) in grid.ring_points(ring).zip(&azimuths) {
                 // r × ∇f = (∂f/∂θ) e_φ − (1/sin θ)(∂f/∂φ) e_θ
                 let (x, y, z) = (south[point], y[point], east[point]);
                 south[point] = c * y - s * x;

@@ -83,8 +83,9 @@ impl Mask {
     /// [`Error::Length`] where the map is not the grid's.
     pub fn apply(self, grid: &Grid, map: &mut [f64]) -> Result<()> {
         check_length("the map", grid.len(), map.len())?;
-        for (ring, row) in map.chunks_exact_mut(grid.columns()).enumerate() {
+        for ring in 0..grid.rings() {
             let value = self.value(grid.colatitude(ring));
+            let row = &mut map[grid.ring_points(ring)];
             row.iter_mut().for_each(|v| *v *= value);
         }
         Ok(())

@@ -104,6 +104,11 @@ impl RingFft {
         self.positions[k] as usize
     }
 
+    /// How many elements there are.
+    pub(crate) fn len(&self) -> usize {
+        self.positions.len()
+    }
+
     /// How many elements there are, and how many more the transform needs to work in.
     pub(crate) fn work_len(&self) -> usize {
         self.positions.len() + self.stages.iter().map(|s| s.radix).max().unwrap_or(0)

@@ -10,12 +10,13 @@ use fearless_simd::{Level, f64x8};
 use super::coefficients::{Coefficients, coefficient_count, column_start};
 use super::kernel::{self, Quad};
 use super::meridian::Meridian;
+use super::own_rings::OwnRings;
 use super::recurrence::{LANES, Lanes, Recurrence};
 use super::ring_fft::{Element, RingFft, transpose};
 use super::simd::wide;
 use super::work::{Chunks, Octets, Orders, Rows, aligned, divided, inside_pool};
 use crate::error::{all_finite, allocate, check_length, not_finite};
-use crate::sphere::Grid;
+use crate::sphere::{Grid, Latitudes};
 use crate::{Error, Parallelism, Result, vectors};
 
 /// The largest degree of a [`Transform`].
@@ -29,6 +30,11 @@ pub const MAX_DEGREE: usize = 4096;
 /// [`Grid::max_degree_of_weights`] the quadrature is along meridians, by Fourier transforms (as in
 /// Reinecke, Belkner and Carron 2023, doi:10.1051/0004-6361/202346717, though not resampled to more
 /// rings), and takes about three times as long.
+///
+/// On HEALPix the weights integrate no product exactly: there
+/// [`analyse_least_squares`](Self::analyse_least_squares) is exact, and
+/// [`analyse_iterated`](Self::analyse_iterated) what others do. Orders past the half of a short ring
+/// count as what they are at its points.
 ///
 /// ```
 /// use lobes::harmonics::{Coefficients, Transform};
@@ -49,6 +55,10 @@ pub(super) struct Plan {
     pub(super) orders: usize,
     pub(super) level: Level,
     pub(super) recurrence: Recurrence,
+    /// Where each ring of a map begins, and where the last one ends.
+    starts: Vec<usize>,
+    /// The transforms along rings, where those are not all alike.
+    own: Option<OwnRings>,
     fft: RingFft,
     /// e^(i m φ₀) for each order, halved for m > 0.
     phases: Vec<[f64; 2]>,
@@ -92,7 +102,9 @@ impl Transform {
         let level = vectors::level();
         let recurrence = Recurrence::new(grid, degree, orders, level);
         let pairs = grid.rings().div_ceil(2);
-        let meridian = (degree > grid.max_degree_of_weights()).then(|| Meridian::new(grid));
+        let by_weights =
+            degree <= grid.max_degree_of_weights() || grid.latitudes() == Latitudes::Healpix;
+        let meridian = (!by_weights).then(|| Meridian::new(grid));
         let weight = |ring| match &meridian {
             Some(meridian) => meridian.weight(ring) * (2.0 * PI / grid.columns() as f64),
             None => grid.ring_weight(ring),
@@ -110,6 +122,11 @@ impl Transform {
             orders,
             level,
             recurrence,
+            starts: (0..grid.rings())
+                .map(|ring| grid.ring_points(ring).start)
+                .chain([grid.len()])
+                .collect(),
+            own: (!grid.has_rings_alike()).then(|| OwnRings::new(grid)),
             fft: RingFft::new(grid.columns()),
             phases: (0..=orders)
                 .map(|m| {
@@ -462,7 +479,7 @@ impl Plan {
 
     /// Whether groups are of eight maps, a lane each.
     fn by_eights(&self, batch: usize) -> bool {
-        self.by_groups(batch) && batch >= MANY && self.meridian.is_none()
+        self.by_groups(batch) && batch >= MANY && self.meridian.is_none() && self.own.is_none()
     }
 
     fn worthwhile(&self, batch: usize, parallelism: Parallelism) -> Parallelism {
@@ -496,7 +513,10 @@ impl Plan {
 
     /// Lines that the work on sixteen rings needs.
     pub(super) fn rows_len(&self) -> usize {
-        2 * self.fft.work_len()
+        2 * match &self.own {
+            Some(own) => own.work_len(),
+            None => self.fft.work_len(),
+        }
     }
 
     fn group_lines(&self, group: usize, parts: usize) -> usize {
@@ -614,14 +634,20 @@ impl Plan {
             divided(
                 parallelism,
                 0..octets,
-                Octets::new(map, self.grid.columns()),
+                Octets::new(map, &self.starts),
                 scratch,
                 self.rows_len(),
                 &|range, rows, scratch| {
                     wide!(self.level, simd => {
                         for (octet, rows) in range.zip(rows) {
                             let sums = &spectra[index * octets + octet..];
-                            self.synthesise_rows(simd, sums, MAPS * octets, rows, scratch);
+                            let stride = MAPS * octets;
+                            if let Some(own) = &self.own {
+                                let sums = (sums, stride, orders);
+                                own.synthesise(simd, octet, sums, rows, scratch);
+                            } else {
+                                self.synthesise_rows(simd, sums, stride, rows, scratch);
+                            }
                         }
                     });
                 },
@@ -880,7 +906,12 @@ impl Plan {
                     for (index, out) in range.zip(spectra.values.chunks_exact_mut(orders)) {
                         let (map, octet) = (index / octets, index % octets);
                         let map = &maps[map * self.grid.len()..][..self.grid.len()];
-                        self.analyse_rows(simd, self.rows_of(octet, map), out, scratch);
+                        let rows = self.rows_of(octet, map);
+                        if let Some(own) = &self.own {
+                            own.analyse(simd, octet, rows, out, scratch);
+                        } else {
+                            self.analyse_rows(simd, rows, out, scratch);
+                        }
                     }
                 });
             },
@@ -907,8 +938,8 @@ impl Plan {
 
     /// The rows of an octet.
     fn rows_of<'a>(&self, octet: usize, map: &'a [f64]) -> Rows<&'a [f64]> {
-        let (columns, rings) = (self.grid.columns(), self.grid.rings());
-        let row = |row: usize| &map[row * columns..(row + 1) * columns];
+        let rings = self.grid.rings();
+        let row = |row: usize| &map[self.starts[row]..self.starts[row + 1]];
         let ring = |lane: usize| octet * LANES + lane;
         [
             std::array::from_fn(|lane| match ring(lane) {

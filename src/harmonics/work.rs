@@ -87,18 +87,29 @@ pub(crate) type Rows<T> = [[T; LANES]; 2];
 pub(crate) struct Octets<'a> {
     north: &'a mut [f64],
     south: &'a mut [f64],
-    columns: usize,
+    /// Where each ring of the whole map begins, and where the last one ends.
+    starts: &'a [usize],
+    /// The ring of the first row that is left.
+    first: usize,
 }
 
 impl<'a> Octets<'a> {
-    pub(crate) fn new(map: &'a mut [f64], columns: usize) -> Self {
-        let rings = map.len() / columns;
-        let (north, south) = map.split_at_mut(rings.div_ceil(2) * columns);
+    pub(crate) fn new(map: &'a mut [f64], starts: &'a [usize]) -> Self {
+        let (north, south) = map.split_at_mut(starts[(starts.len() - 1).div_ceil(2)]);
         Self {
             north,
             south,
-            columns,
+            starts,
+            first: 0,
         }
+    }
+
+    /// How long the rows of these northern rings are together, and those of their mirror images.
+    fn lengths(&self, first: usize, end: usize) -> (usize, usize) {
+        let rings = self.starts.len() - 1;
+        let north = |ring: usize| self.starts[ring.min(rings.div_ceil(2))];
+        let south = |ring: usize| self.starts[rings - ring.min(rings / 2)];
+        (north(end) - north(first), south(first) - south(end))
     }
 }
 
@@ -107,36 +118,41 @@ impl<'a> Iterator for Octets<'a> {
 
     /// The rows of the next octet.
     fn next(&mut self) -> Option<Self::Item> {
-        let length = LANES * self.columns;
-        let north = self.north.split_off_mut(..length.min(self.north.len()))?;
-        let south = self
-            .south
-            .split_off_mut(self.south.len().saturating_sub(length)..)?;
-        if north.is_empty() {
+        if self.north.is_empty() {
             return None;
         }
-        let mut north = north.chunks_exact_mut(self.columns);
-        let mut south = south.rchunks_exact_mut(self.columns);
+        let first = self.first;
+        self.first += LANES;
+        let mut row = |lane: usize, southern: bool| {
+            let (north, south) = self.lengths(first + lane, first + lane + 1);
+            let row = if southern {
+                self.south.split_off_mut(self.south.len() - south..)
+            } else {
+                self.north.split_off_mut(..north)
+            };
+            row.unwrap_or_default()
+        };
         Some([
-            std::array::from_fn(|_| north.next().unwrap_or_default()),
-            std::array::from_fn(|_| south.next().unwrap_or_default()),
+            std::array::from_fn(|lane| row(lane, false)),
+            std::array::from_fn(|lane| row(lane, true)),
         ])
     }
 }
 
 impl Divide for Octets<'_> {
     fn divide(self, items: usize) -> (Self, Self) {
-        let (columns, length) = (self.columns, items * LANES * self.columns);
-        let (north, rest) = self.north.split_at_mut(length.min(self.north.len()));
-        let (remote, south) = self
-            .south
-            .split_at_mut(self.south.len().saturating_sub(length));
-        let part = |north, south| Self {
+        let middle = self.first + items * LANES;
+        let (north, south) = self.lengths(self.first, middle);
+        let (first, starts) = (self.first, self.starts);
+        let (north, rest) = self.north.split_at_mut(north);
+        let (remote, south) = self.south.split_at_mut(self.south.len() - south);
+        let part = |north, south, first| Self {
             north,
             south,
-            columns,
+            starts,
+            first,
         };
-        (part(north, south), part(rest, remote))
+        (part(north, south, first), part(rest, remote, middle))
     }
 }
 

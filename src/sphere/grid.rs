@@ -7,6 +7,7 @@
 
 use std::f64::consts::PI;
 
+use crate::error::{check_finite, check_length};
 use crate::numeric::quadrature::{Rule, cos_turn};
 use crate::{Error, Result};
 
@@ -26,14 +27,17 @@ pub enum Latitudes {
     ClenshawCurtis,
     /// θᵢ = π (i + ½)/n, the pixel centres of a lat-long map: n rings carry degree n − 1.
     Fejer,
+    /// The pixel centres of HEALPix.
+    Healpix,
 }
 
-/// A grid of rings of constant colatitude, each of the same number of equally spaced points.
+/// A grid of rings of constant colatitude, each of equally spaced points: as many on each, or, on
+/// HEALPix, each of its own number.
 ///
 /// Directions are those of the harmonic frame: θ from the pole +z, φ = atan2(y, x). A map on the
-/// grid is row-major, `map[ring * columns + column]`, rings from the north pole to the south.
-/// Column j has φ_j = φ₀ + 2π j/columns, or φ₀ − 2π j/columns where the grid is
-/// [descending](Grid::descending).
+/// grid holds its rings one after the other from the north pole to the south, `map[ring * columns +
+/// column]` where all are of one length. Column j of n has φ_j = φ₀ + 2π j/n, or φ₀ − 2π j/n where
+/// the grid is [descending](Grid::descending); φ₀ is that of the grid or each ring's own.
 ///
 /// ```
 /// use lobes::sphere::Grid;
@@ -50,6 +54,16 @@ pub struct Grid {
     columns: usize,
     first_azimuth: f64,
     descending: bool,
+    own: Option<Own>,
+}
+
+/// What rings have of their own.
+#[derive(Debug, Clone, PartialEq)]
+struct Own {
+    /// Where each begins in a map, and where the last one ends.
+    starts: Vec<usize>,
+    /// The azimuth of its first point.
+    azimuths: Vec<f64>,
 }
 
 /// The largest number of columns of a [`Grid`].
@@ -70,6 +84,7 @@ impl Grid {
             columns,
             first_azimuth: 0.0,
             descending: false,
+            own: None,
         })
     }
 
@@ -125,9 +140,114 @@ impl Grid {
         })
     }
 
-    /// The same grid with the first column at azimuth `phi0`, in radians.
+    /// The pixel centres of HEALPix in the order of rings (Górski et al. 2005, doi:10.1086/427976):
+    /// 12 nside² pixels of one area on 4 nside − 1 rings, of 4, 8 … 4 nside points at the poles and
+    /// 4 nside between.
+    ///
+    /// Rings in a polar cap begin half a pixel past azimuth 0, of the others every second one. Pixel
+    /// numbers are healpy's with `nest=False`.
+    ///
+    /// ```
+    /// use lobes::sphere::Grid;
+    /// let grid = Grid::healpix(2)?;
+    /// assert_eq!((grid.len(), grid.rings(), grid.ring_columns(0)), (48, 7, 4));
+    /// assert!((grid.cosines()[1] - 2.0 / 3.0).abs() < 1e-15);
+    /// assert_eq!(grid.ring_azimuth(2), 0.0);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Domain`] unless 1 ≤ nside ≤ 4096.
+    pub fn healpix(nside: usize) -> Result<Self> {
+        if !(1..=4096).contains(&nside) {
+            return Err(Error::Domain {
+                what: "nside of a HEALPix grid",
+                value: nside as f64,
+                allowed: "in 1 ..= 4096",
+            });
+        }
+        let square = (nside * nside) as f64;
+        let mut rule = Rule {
+            nodes: Vec::new(),
+            sines: Vec::new(),
+            weights: Vec::new(),
+        };
+        let mut own = Own {
+            starts: vec![0],
+            azimuths: Vec::new(),
+        };
+        let mut end = 0;
+        for ring in 1..4 * nside {
+            // From the nearer pole, so that both hemispheres are mirror images to the last bit.
+            let from_pole = ring.min(4 * nside - ring);
+            let (z, s) = if from_pole < nside {
+                // 1 − i²/(3 nside²)
+                let i = (from_pole * from_pole) as f64;
+                let sine = (i * (6.0 * square - i)).sqrt();
+                ((3.0 * square - i) / (3.0 * square), sine / (3.0 * square))
+            } else {
+                // 2 (2 nside − i)/(3 nside)
+                let up = (4 * nside - 2 * from_pole) as f64;
+                let whole = (3 * nside) as f64;
+                (up / whole, (whole * whole - up * up).sqrt() / whole)
+            };
+            let columns = 4 * from_pole.min(nside);
+            let shifted = from_pole < nside || (ring - nside).is_multiple_of(2);
+            rule.nodes.push(if ring > 2 * nside { -z } else { z });
+            rule.sines.push(s);
+            rule.weights.push(columns as f64 / (6.0 * square));
+            own.azimuths
+                .push(if shifted { PI / columns as f64 } else { 0.0 });
+            end += columns;
+            own.starts.push(end);
+        }
+        Ok(Self {
+            latitudes: Latitudes::Healpix,
+            rule,
+            columns: 4 * nside,
+            first_azimuth: own.azimuths[0],
+            descending: false,
+            own: Some(own),
+        })
+    }
+
+    /// The same grid with each ring's first point at an azimuth of its own, in radians.
+    ///
+    /// ```
+    /// use lobes::sphere::Grid;
+    /// // Every second ring turned by half a column.
+    /// let step = std::f64::consts::PI / 8.0;
+    /// let grid = Grid::gauss_legendre(3, 8)?.with_ring_azimuths(&[0.0, step, 0.0])?;
+    /// assert_eq!(grid.ring_azimuth(1), step);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is one a ring; [`Error::NotFinite`] where one is not finite.
+    pub fn with_ring_azimuths(self, azimuths: &[f64]) -> Result<Self> {
+        check_length("the azimuths of rings", self.rings(), azimuths.len())?;
+        check_finite("the azimuths of rings", azimuths)?;
+        let starts = (0..self.rings()).map(|ring| self.ring_points(ring).start);
+        let own = Own {
+            starts: starts.chain([self.len()]).collect(),
+            azimuths: azimuths.to_vec(),
+        };
+        Ok(Self {
+            first_azimuth: azimuths[0],
+            own: Some(own),
+            ..self
+        })
+    }
+
+    /// The same grid with the first column at azimuth `phi0`, in radians. Where rings have azimuths
+    /// of their own it is that of the first ring, and all are turned with it.
     #[must_use]
-    pub fn with_first_azimuth(self, phi0: f64) -> Self {
+    pub fn with_first_azimuth(mut self, phi0: f64) -> Self {
+        if let Some(own) = &mut self.own {
+            let turn = phi0 - own.azimuths[0];
+            own.azimuths.iter_mut().for_each(|azimuth| *azimuth += turn);
+            own.azimuths[0] = phi0;
+        }
         Self {
             first_azimuth: phi0,
             ..self
@@ -153,14 +273,59 @@ impl Grid {
         self.rule.len()
     }
 
-    /// The number of points of each ring.
+    /// The number of points of each ring; of the longest where they are not of one length.
     pub fn columns(&self) -> usize {
         self.columns
     }
 
-    /// The number of points: rings × columns.
+    /// The number of points: rings × columns where all are of one length.
     pub fn len(&self) -> usize {
-        self.rings() * self.columns
+        match &self.own {
+            Some(own) => own.starts[self.rings()],
+            None => self.rings() * self.columns,
+        }
+    }
+
+    /// Whether all rings have as many points, at the same azimuths.
+    pub fn has_rings_alike(&self) -> bool {
+        self.own.is_none()
+    }
+
+    /// Where the points of a ring are in a map.
+    ///
+    /// ```
+    /// # use lobes::sphere::Grid;
+    /// assert_eq!(Grid::healpix(1)?.ring_points(1), 4..8);
+    /// assert_eq!(Grid::fejer(4, 10)?.ring_points(2), 20..30);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Panics
+    /// Unless `ring` is below [`rings`](Grid::rings), where rings are not alike.
+    pub fn ring_points(&self, ring: usize) -> std::ops::Range<usize> {
+        match &self.own {
+            Some(own) => own.starts[ring]..own.starts[ring + 1],
+            None => ring * self.columns..(ring + 1) * self.columns,
+        }
+    }
+
+    /// The number of points of a ring.
+    ///
+    /// # Panics
+    /// As [`ring_points`](Self::ring_points).
+    pub fn ring_columns(&self, ring: usize) -> usize {
+        self.ring_points(ring).len()
+    }
+
+    /// The azimuth of a ring's first point, in radians.
+    ///
+    /// # Panics
+    /// As [`ring_points`](Self::ring_points).
+    pub fn ring_azimuth(&self, ring: usize) -> f64 {
+        match &self.own {
+            Some(own) => own.azimuths[ring],
+            None => self.first_azimuth,
+        }
     }
 
     /// Never true: a grid has at least one point.
@@ -168,7 +333,7 @@ impl Grid {
         false
     }
 
-    /// The azimuth of column 0, in radians.
+    /// The azimuth of column 0, in radians: on the first ring, where they are not alike.
     pub fn first_azimuth(&self) -> f64 {
         self.first_azimuth
     }
@@ -210,13 +375,28 @@ impl Grid {
         &self.rule.sines
     }
 
-    /// φ of a column, in radians, not reduced to one turn.
+    /// φ of a column, in radians, not reduced to one turn: with the first azimuth and the number of
+    /// columns of the grid, which are not those of every ring where they are not alike
+    /// ([`azimuth_at`](Self::azimuth_at)).
     pub fn azimuth(&self, column: usize) -> f64 {
         let step = 2.0 * PI * column as f64 / self.columns as f64;
         if self.descending {
             self.first_azimuth - step
         } else {
             self.first_azimuth + step
+        }
+    }
+
+    /// φ of a point, in radians, not reduced to one turn.
+    ///
+    /// # Panics
+    /// As [`ring_points`](Self::ring_points).
+    pub fn azimuth_at(&self, ring: usize, column: usize) -> f64 {
+        let step = 2.0 * PI * column as f64 / self.ring_columns(ring) as f64;
+        if self.descending {
+            self.ring_azimuth(ring) - step
+        } else {
+            self.ring_azimuth(ring) + step
         }
     }
 
@@ -227,16 +407,17 @@ impl Grid {
     /// Unless `ring` is below [`rings`](Grid::rings): [`get_direction`](Self::get_direction) says
     /// so.
     pub fn direction(&self, ring: usize, column: usize) -> glam::DVec3 {
-        let [cos, sin] = self.cos_sin_azimuth(column % self.columns);
+        let [cos, sin] = self.cos_sin_azimuth(ring, column % self.ring_columns(ring));
         let sine = self.rule.sines[ring];
         glam::DVec3::new(sine * cos, sine * sin, self.rule.nodes[ring])
     }
 
-    /// cos φ and sin φ of a column that there is.
-    pub(crate) fn cos_sin_azimuth(&self, column: usize) -> [f64; 2] {
-        let (sin, cos) = self.first_azimuth.sin_cos();
-        let c = cos_turn(column, self.columns);
-        let s = cos_turn(4 * column + 3 * self.columns, 4 * self.columns);
+    /// cos φ and sin φ of a point that there is.
+    pub(crate) fn cos_sin_azimuth(&self, ring: usize, column: usize) -> [f64; 2] {
+        let columns = self.ring_columns(ring);
+        let (sin, cos) = self.ring_azimuth(ring).sin_cos();
+        let c = cos_turn(column, columns);
+        let s = cos_turn(4 * column + 3 * columns, 4 * columns);
         let s = if self.descending { -s } else { s };
         [cos * c - sin * s, sin * c + cos * s]
     }
@@ -260,7 +441,7 @@ impl Grid {
     /// Unless `ring` is below [`rings`](Grid::rings): [`get_ring_weight`](Self::get_ring_weight)
     /// says so.
     pub fn ring_weight(&self, ring: usize) -> f64 {
-        self.rule.weights[ring] * (2.0 * PI / self.columns as f64)
+        self.rule.weights[ring] * (2.0 * PI / self.ring_columns(ring) as f64)
     }
 
     /// [`ring_weight`](Self::ring_weight), or nothing where there is no such ring.
@@ -277,14 +458,21 @@ impl Grid {
     }
 
     /// The largest degree whose harmonics, all orders, are recovered exactly from samples on this
-    /// grid.
+    /// grid: on HEALPix by least squares, to 2 nside with a condition of 1.6 at most.
     pub fn max_degree(&self) -> usize {
-        self.max_degree_of_rings().min(self.max_order())
+        match self.latitudes {
+            Latitudes::Healpix => self.columns / 2,
+            _ => self.max_degree_of_rings().min(self.max_order()),
+        }
     }
 
-    /// The largest order m that the columns carry: (columns − 1)/2.
+    /// The largest order m that the columns carry: (columns − 1)/2. On HEALPix, where the columns of
+    /// neighbouring rings do not lie on the same meridians, that of the rings.
     pub fn max_order(&self) -> usize {
-        (self.columns - 1) / 2
+        match self.latitudes {
+            Latitudes::Healpix => self.max_degree_of_rings(),
+            _ => (self.columns - 1) / 2,
+        }
     }
 
     /// The largest degree that the rings carry, were there columns enough: n − 1 for n rings, n − 2
@@ -292,7 +480,7 @@ impl Grid {
     pub fn max_degree_of_rings(&self) -> usize {
         let n = self.rings();
         match self.latitudes {
-            Latitudes::GaussLegendre | Latitudes::Fejer => n - 1,
+            Latitudes::GaussLegendre | Latitudes::Fejer | Latitudes::Healpix => n - 1,
             Latitudes::ClenshawCurtis => n - 2,
         }
     }
@@ -304,6 +492,7 @@ impl Grid {
         match self.latitudes {
             Latitudes::GaussLegendre => n - 1,
             Latitudes::ClenshawCurtis | Latitudes::Fejer => (n - 1) / 2,
+            Latitudes::Healpix => 0,
         }
     }
 }

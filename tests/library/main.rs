@@ -12,6 +12,7 @@ mod harmonics;
 mod harmonics_adjoint;
 mod harmonics_complex;
 mod harmonics_field;
+mod harmonics_healpix;
 mod harmonics_partial;
 mod harmonics_wigner;
 mod illumination;
