@@ -108,7 +108,7 @@ fn pixels(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 #[derive(Deserialize)]
-struct Synthesis {
+struct HealpixMap {
     nside: usize,
     degree: usize,
     seed: u64,
@@ -120,7 +120,7 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 fn synthesis(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Synthesis>("healpix", "synthesis")? {
+    for case in snapshots.cases::<HealpixMap>("healpix", "synthesis")? {
         let transform = Transform::new(&Grid::healpix(case.nside)?, case.degree)?;
         let got = transform.synthesise(&noise(case.degree, case.seed))?;
         let scale = rms(&case.map);
@@ -134,7 +134,7 @@ fn synthesis(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 #[derive(Deserialize)]
-struct SynthesisHigh {
+struct HealpixPixels {
     nside: usize,
     degree: usize,
     seed: u64,
@@ -143,7 +143,7 @@ struct SynthesisHigh {
 }
 
 fn synthesis_high(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<SynthesisHigh>("healpix", "synthesis-high")? {
+    for case in snapshots.cases::<HealpixPixels>("healpix", "synthesis-high")? {
         let transform = Transform::new(&Grid::healpix(case.nside)?, case.degree)?;
         let map = transform.synthesise(&noise(case.degree, case.seed))?;
         let scale = rms(&map);
@@ -155,7 +155,7 @@ fn synthesis_high(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 #[derive(Deserialize)]
-struct Analysis {
+struct HealpixAnalysis {
     nside: usize,
     degree: usize,
     seed: u64,
@@ -164,7 +164,7 @@ struct Analysis {
 }
 
 fn iterated(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Analysis>("healpix", "analysis")? {
+    for case in snapshots.cases::<HealpixAnalysis>("healpix", "analysis")? {
         let grid = Grid::healpix(case.nside)?;
         let map = uniform(case.seed, grid.len());
         let transform = Transform::new(&grid, case.degree)?;
