@@ -17,7 +17,7 @@ mod experts;
 mod finishes;
 mod harness;
 mod interval;
-
+mod light_coverage;
 mod nearest;
 mod protocol;
 mod simulation;
@@ -34,6 +34,7 @@ pub use finishes::{
 };
 pub use harness::{Harness, Method};
 pub use interval::{mcnemar, wilson};
+pub use light_coverage::{Held, LightCoverage, LightShots, light_coverage};
 pub use nearest::{NearestNeighbour, Scaling};
 pub use protocol::Protocol;
 pub use simulation::{Nuisances, SimulatedPhotograph, Thing, simulate, simulate_thing};

@@ -1,8 +1,11 @@
 //! The light about a ball of known reflectance, read off one picture of it.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix};
 
 use super::bright_lights::BrightLights;
+use super::light_grid::{LightField, LightGrid};
 use crate::error::check_length;
 use crate::features::{Modes, RingLayout};
 use crate::harmonics::{Coefficients, legendre};
@@ -127,6 +130,29 @@ const LIGHT_VARIANCE: f64 = 100.0;
 /// Degrees past the operator's are taken into account to this many times its degree.
 const TAIL: usize = 4;
 
+/// What readers of one lobe have in common, whatever there is of it and of the body under it.
+#[derive(Debug, Clone)]
+pub(super) struct SeenLobe {
+    operator: Arc<Operator>,
+    /// What light past the spectrum's degree adds at ρ_s = 1, by order and ring.
+    tails: Vec<Vec<f64>>,
+}
+
+impl SeenLobe {
+    /// Of a lobe of width σ, whose operator is at the layout's rings and to the spectrum's degree.
+    pub(super) fn new(
+        sigma: f64,
+        operator: Arc<Operator>,
+        layout: &RingLayout,
+        spectrum: &[f64],
+    ) -> Result<Self> {
+        Ok(Self {
+            operator,
+            tails: tails(layout, spectrum, sigma)?,
+        })
+    }
+}
+
 impl LightReader {
     /// ν of pictures of 128 pixels a side without noise.
     pub const NOISE: f64 = 1e-3;
@@ -165,11 +191,45 @@ impl LightReader {
                 allowed: "a finite number above 0",
             });
         }
+        let degree = spectrum.len().saturating_sub(1);
+        check_spectrum(spectrum, degree)?;
+        if degree < layout.orders() {
+            return Err(Error::TooFew {
+                what: "reading light",
+                items: "degrees",
+                needed: layout.orders(),
+                got: degree,
+            });
+        }
+        let (sigma, viewpoint) = (reflectance.sigma, layout.viewpoint());
+        let rings = layout.angles();
+        let operator = Operator::new(variant, sigma, viewpoint, rings, degree, parallelism)?;
+        let lobe = SeenLobe::new(sigma, Arc::new(operator), layout, spectrum)?;
         let ChannelReflectance {
+            diffuse, specular, ..
+        } = reflectance;
+        Self::of_lobe(
+            &lobe,
             diffuse,
             specular,
-            sigma,
-        } = reflectance;
+            layout,
+            spectrum,
+            noise,
+            parallelism,
+        )
+    }
+
+    /// [`Self::new`] for what is made of a lobe that others share; the spectrum and the noise have
+    /// been looked at.
+    pub(super) fn of_lobe(
+        lobe: &SeenLobe,
+        diffuse: f64,
+        specular: f64,
+        layout: &RingLayout,
+        spectrum: &[f64],
+        noise: f64,
+        parallelism: Parallelism,
+    ) -> Result<Self> {
         for (what, value) in [
             ("the diffuse albedo", diffuse),
             ("the specular albedo", specular),
@@ -182,29 +242,9 @@ impl LightReader {
                 });
             }
         }
-        let degree = spectrum.len().saturating_sub(1);
-        check_spectrum(spectrum, degree)?;
-        if degree < layout.orders() {
-            return Err(Error::TooFew {
-                what: "reading light",
-                items: "degrees",
-                needed: layout.orders(),
-                got: degree,
-            });
-        }
-        let viewpoint = layout.viewpoint();
-        let operator = Operator::new(
-            variant,
-            sigma,
-            viewpoint,
-            layout.angles(),
-            degree,
-            parallelism,
-        )?;
-        let tails = tails(layout, spectrum, specular, sigma)?;
         let rings = layout.angles().len();
         let blocks = (0..=layout.orders())
-            .map(|m| operator.block(m, diffuse, specular))
+            .map(|m| lobe.operator.block(m, diffuse, specular))
             .collect::<Result<Vec<_>>>()?;
         let covariances: Vec<DMatrix<f64>> = blocks
             .iter()
@@ -224,14 +264,14 @@ impl LightReader {
         let made = parallelism.map(blocks.len(), |m| {
             let mut covariance = covariances[m].clone();
             for ring in 0..rings {
-                covariance[(ring, ring)] += white + tails[m][ring];
+                covariance[(ring, ring)] += white + specular * specular * lobe.tails[m][ring];
             }
             let refused = || Error::NotPositiveDefinite {
                 what: format!("the covariance of order {m} at ρ_d = {diffuse}, ρ_s = {specular}"),
             };
             let factor = Cholesky::new(covariance).ok_or_else(refused)?;
-            let mut whitening = DMatrix::identity(rings, rings);
-            if !factor.l_dirty().solve_lower_triangular_mut(&mut whitening) {
+            let whitening = inverse_of_lower(factor.l_dirty());
+            if whitening.iter().any(|value| !value.is_finite()) {
                 return Err(refused());
             }
             let mut gain = blocks[m].tr_mul(&whitening.transpose());
@@ -471,6 +511,59 @@ impl LightReader {
         });
         Ok(of.collect())
     }
+
+    /// The posterior mean and variance of what `grid` asks for, at all its points at once: what
+    /// [`Self::radiance`] says, by transforms. The variance of the field is interpolated between
+    /// the grid's polar angles, of which it takes fewer.
+    ///
+    /// ```
+    /// use lobes::inference::{LightEstimate, LightField, LightGrid, LightReader};
+    /// # use lobes::Result;
+    /// /// The irradiance at normals all round, and how sure it is.
+    /// fn irradiance(reader: &LightReader, estimate: &LightEstimate) -> Result<LightField> {
+    ///     reader.field(estimate, &LightGrid::irradiance(32, reader.degree())?)
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Length`] for an estimate or a grid to another degree.
+    pub fn field(&self, estimate: &LightEstimate, grid: &LightGrid) -> Result<LightField> {
+        self.check(estimate)?;
+        check_length("the orders of a grid", self.degree() + 1, grid.degree() + 1)?;
+        // The field's own variance, the same all round; orders that are not read have all of it.
+        let mut own = vec![0.0; grid.coarse_rows()];
+        for m in 0..=self.degree() {
+            let harmonics = grid.coarse(m);
+            for (value, row) in own.iter_mut().zip(harmonics.row_iter()) {
+                let powers = row.iter().zip(&self.spectrum[m..]);
+                *value += powers.map(|(p, power)| p * p * power).sum::<f64>();
+            }
+            if let Some(order) = self.orders.get(m) {
+                let explained = harmonics * &order.gain;
+                for (value, row) in own.iter_mut().zip(explained.row_iter()) {
+                    *value -= row.norm_squared();
+                }
+            }
+        }
+        let azimuths: Vec<f64> = estimate.lights.iter().map(|light| light.1).collect();
+        let refused = || Error::NotPositiveDefinite {
+            what: "the covariance of the lights' strengths".into(),
+        };
+        let factor = Cholesky::new(estimate.between_lights.clone()).ok_or_else(refused)?;
+        let mean = grid.synthesise(&estimate.mean);
+        let lights = grid.sum_of_squares(&estimate.unexplained, &azimuths, factor.l_dirty());
+        let columns = grid.columns();
+        let variance = lights.iter().enumerate().map(|(place, lights)| {
+            let field = grid.between_coarse(&own, place / columns);
+            estimate.strength * (field + lights).max(0.0)
+        });
+        Ok(LightField {
+            rows: grid.rows(),
+            columns,
+            variance: variance.collect(),
+            mean,
+        })
+    }
 }
 
 /// cos mφ and sin mφ.
@@ -479,20 +572,37 @@ fn waves(m: usize, azimuth: f64) -> [f64; 2] {
     [cos, sin]
 }
 
+/// What a tail adds is left out below this share of the spectrum's end: the noise is far more.
+const NEGLIGIBLE: f64 = 1e-12;
+
+/// The inverse of a lower triangular matrix; what stands above the diagonal is not read.
+fn inverse_of_lower(factor: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = factor.nrows();
+    let mut inverse = DMatrix::zeros(n, n);
+    let entries = factor.as_slice();
+    for (j, column) in inverse.as_mut_slice().chunks_exact_mut(n).enumerate() {
+        column[j] = 1.0;
+        for k in j..n {
+            let below = &entries[k * n + k..(k + 1) * n];
+            let (value, rest) = (column[k] / below[0], &mut column[k + 1..]);
+            for (entry, of_factor) in rest.iter_mut().zip(&below[1..]) {
+                *entry -= value * of_factor;
+            }
+            column[k] = value;
+        }
+    }
+    inverse
+}
+
 /// By order and ring: the variance that light past the spectrum's degree adds where a lobe of width
-/// σ mirrors it, Σ_l C_l g_l² ρ_s² P̄_lm(cos θ′)², g_l = exp(−l²σ²), θ′ the angle at which the ring
+/// σ mirrors it, Σ_l C_l g_l² P̄_lm(cos θ′)², g_l = exp(−l²σ²), θ′ the angle at which the ring
 /// mirrors the light. C_l goes on as the spectrum ends, by the power law of its last octave.
-fn tails(
-    layout: &RingLayout,
-    spectrum: &[f64],
-    specular: f64,
-    sigma: f64,
-) -> Result<Vec<Vec<f64>>> {
+fn tails(layout: &RingLayout, spectrum: &[f64], sigma: f64) -> Result<Vec<Vec<f64>>> {
     let degree = spectrum.len() - 1;
     let rings = layout.angles().len();
     let mut all = vec![vec![0.0; rings]; layout.orders() + 1];
     let (half, last) = (spectrum[degree / 2], spectrum[degree]);
-    if specular == 0.0 || degree < 2 || half <= 0.0 || last <= 0.0 {
+    if degree < 2 || half <= 0.0 || last <= 0.0 {
         return Ok(all);
     }
     let slope = (last / half).ln() / (degree as f64 / (degree / 2) as f64).ln();
@@ -501,9 +611,13 @@ fn tails(
         .map(|l| {
             let l = l as f64;
             let law = last * (l / degree as f64).powf(slope);
-            law * (specular * (-(l * sigma).powi(2)).exp()).powi(2)
+            law * (-2.0 * (l * sigma).powi(2)).exp()
         })
         .collect();
+    // Of a lobe so wide that it shows nothing of them.
+    if power[0] < NEGLIGIBLE * last {
+        return Ok(all);
+    }
     let viewpoint = layout.viewpoint();
     for (ring, &angle) in layout.angles().iter().enumerate() {
         let (sin, cos) = (angle + viewpoint.view_angle(angle)).sin_cos();

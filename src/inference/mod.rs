@@ -5,6 +5,7 @@
     reason = "the formulas are plain text, with subscripts"
 )]
 
+mod ball_light;
 mod binned;
 mod bright_lights;
 mod dataset;
@@ -14,10 +15,12 @@ mod expert;
 mod finish;
 mod finish_learning;
 mod learned_posterior;
+mod light_grid;
 mod light_posterior;
 mod model;
 mod network;
 mod portrait;
+mod possible_reflectances;
 mod posterior;
 mod random_reflectances;
 mod reading;
@@ -27,6 +30,7 @@ mod smooth_operator;
 #[cfg(feature = "files")]
 mod training;
 
+pub use ball_light::{BallLight, BallLightReader, LightQuantity};
 pub use binned::Binned;
 pub use bright_lights::BrightLights;
 pub use dataset::{Dataset, MIRROR_PIXEL_SAMPLES, Observation, Plan, View, collect};
@@ -36,10 +40,12 @@ pub use expert::{Expert, Stack};
 pub use finish::{FinishModel, FinishVerdict};
 pub use finish_learning::{FinishLearning, FinishSample, FinishTruth};
 pub use learned_posterior::{JudgedPosteriors, LearnedPosterior, PosteriorModel};
+pub use light_grid::{LightField, LightGrid};
 pub use light_posterior::{ChannelReflectance, LightEstimate, LightReader};
 pub use model::{Model, SphereFeatures, Training, Verdict};
 pub use network::{Adam, Network};
 pub use portrait::{Portrait, PortraitReader};
+pub use possible_reflectances::PossibleReflectance;
 pub use posterior::{Posterior, Reflectance};
 pub use random_reflectances::{RandomReflectances, Sample, collect_random};
 pub use reading::{

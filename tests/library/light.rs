@@ -5,9 +5,12 @@ use lobes::features::{Modes, RingLayout, Unwrapped};
 use lobes::glam::DVec3;
 use lobes::harmonics::{Coefficients, legendre};
 use lobes::illumination::builtin;
-use lobes::inference::{BrightLights, ChannelReflectance, LightReader, natural_spectrum};
+use lobes::inference::{
+    BallLightReader, Binned, BrightLights, ChannelReflectance, FinishVerdict, LightGrid,
+    LightQuantity, LightReader, PossibleReflectance, natural_spectrum,
+};
 use lobes::nalgebra::{DMatrix, DVector};
-use lobes::reflectance::{Material, Variant, lambert};
+use lobes::reflectance::{Finish, Material, Variant, lambert};
 use lobes::reflection::{Camera, Operator, Renderer, Settings, Viewpoint};
 use lobes::{Error, Parallelism};
 use rand::{RngExt, SeedableRng};
@@ -356,4 +359,230 @@ fn the_irradiance_of_captured_light_is_read() {
             assert!(off < allowed, "{name} under {}: {off}", map.name());
         }
     }
+}
+
+/// The grid by transforms beside the sums at its points, of radiance; of irradiance beside sums of
+/// the radiance over the hemisphere.
+#[test]
+fn a_grid_is_what_its_points_are() {
+    let degree = 20;
+    let layout = RingLayout::new(Viewpoint::Perspective { distance: 4.0 }, 16, 12).unwrap();
+    let spectrum = natural_spectrum(0.5, degree);
+    let reflectance = ChannelReflectance {
+        diffuse: 0.4,
+        specular: 0.1,
+        sigma: 0.1,
+    };
+    let reader = LightReader::new(LOBE, reflectance, &layout, &spectrum, 1e-2, ONE).unwrap();
+    let mut rng = Pcg64::seed_from_u64(5);
+    let values = (0..layout.len())
+        .map(|_| normal_deviate(&mut rng))
+        .collect();
+    let modes = Modes::from_values(&layout, values).unwrap();
+    let lights = BrightLights::from_directions(vec![(0.4, 0.3), (1.1, 2.0), (2.0, -1.0)]);
+    let estimate = reader.read(&modes, &lights).unwrap();
+    // No more rows than are taken of the field's variance: nothing is interpolated.
+    let grid = LightGrid::radiance(40, degree).unwrap();
+    let field = reader.field(&estimate, &grid).unwrap();
+    let scale = field.mean.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    for row in [0, 7, 39] {
+        let azimuths: Vec<f64> = (0..80)
+            .map(|column| grid.direction(row, column).1)
+            .collect();
+        let polar = grid.direction(row, 0).0;
+        let points = reader.radiance(&estimate, polar, &azimuths).unwrap();
+        for (column, (mean, deviation)) in points.into_iter().enumerate() {
+            let place = row * 80 + column;
+            assert!((field.mean[place] - mean).abs() < 1e-12 * scale);
+            let variance = deviation * deviation;
+            let off = field.variance[place] / variance - 1.0;
+            assert!(off.abs() < 1e-9, "{row} {column}: {off}");
+        }
+    }
+    // The field's part is interpolated: 200 rows are taken at 64.
+    let fine = LightGrid::radiance(200, degree).unwrap();
+    let of_fine = reader.field(&estimate, &fine).unwrap();
+    for row in [3, 90, 170] {
+        let (polar, azimuth) = fine.direction(row, 33);
+        let (mean, deviation) = reader.radiance(&estimate, polar, &[azimuth]).unwrap()[0];
+        let place = row * 400 + 33;
+        assert!((of_fine.mean[place] - mean).abs() < 1e-12 * scale);
+        let off = of_fine.variance[place].sqrt() / deviation - 1.0;
+        assert!(off.abs() < 0.01, "{row}: {off}");
+    }
+    let normals = LightGrid::irradiance(24, degree).unwrap();
+    let of_normals = reader.field(&estimate, &normals).unwrap();
+    for (row, column) in [(2, 5), (12, 0), (20, 40)] {
+        let (polar, azimuth) = normals.direction(row, column);
+        let normal = DVec3::new(
+            polar.sin() * azimuth.cos(),
+            polar.sin() * azimuth.sin(),
+            polar.cos(),
+        );
+        // In the harmonics' frame as it is: the pole on +z, azimuth 0 on +x.
+        let mut smooth = estimate.mean.clone();
+        for (l, m) in places(degree) {
+            let value = smooth.get(l, m) * lambert::transfer(l);
+            smooth.set(l, m, value).unwrap();
+        }
+        let expected = lobes::harmonics::evaluate(&smooth, normal).unwrap();
+        let place = row * 48 + column;
+        assert!((of_normals.mean[place] - expected).abs() < 1e-11 * scale);
+        assert!(of_normals.variance[place] > 0.0);
+    }
+    assert!(matches!(
+        reader.field(&estimate, &LightGrid::radiance(40, 19).unwrap()),
+        Err(Error::Length { .. })
+    ));
+    assert!(LightGrid::radiance(0, 0).is_err() && LightGrid::irradiance(5000, 3).is_err());
+}
+
+/// The mean and the variance of a mixture are what its draws have, and a scale that is known makes
+/// no difference to a picture that is as much brighter.
+#[test]
+fn what_is_not_known_of_the_reflectance_is_in_the_deviation() {
+    let maps = builtin().unwrap();
+    let camera = Camera::orthographic(DVec3::Z, DVec3::Y).unwrap();
+    let material = Material::from_albedos("ball", [0.3, 0.2, 0.1], [0.05; 3], 0.1).unwrap();
+    let renderer = Renderer::new(&maps[1], Parallelism::Rayon).unwrap();
+    let settings = Settings {
+        size: 96,
+        ..Settings::default()
+    };
+    let rendered = renderer.render(&material, LOBE, &camera, &settings, Parallelism::Rayon);
+    let image = rendered.unwrap().image;
+    let reader = BallLightReader::new(Viewpoint::Orthographic, LightQuantity::Irradiance).unwrap();
+    let of = |share: f64| {
+        [0.3, 0.2, 0.1].map(|body| ChannelReflectance {
+            diffuse: body * (1.0 - share),
+            specular: 0.3 * share,
+            sigma: 0.1,
+        })
+    };
+    let read = |points: &[PossibleReflectance]| {
+        let light = reader.read(&image, points, Parallelism::Rayon).unwrap();
+        light.lat_long(16).unwrap()
+    };
+    let (first, second) = (of(0.1), of(0.3));
+    let alone = [first, second].map(|channels| read(&[PossibleReflectance::known(channels)]));
+    let mut mixed = [first, second].map(PossibleReflectance::known);
+    (mixed[0].weight, mixed[1].weight) = (1.5, 0.5);
+    let (mean, deviation) = read(&mixed);
+    // s is 0.5 or 2, each as likely: of 1/s and 1/s² the means are 1.25 and 2.125.
+    let mut scaled = PossibleReflectance::known(first);
+    scaled.inverse_scale = [[1.25, 2.125]; 3];
+    let (bright, unsure) = read(&[scaled]);
+    // Deviations are interpolated between places of the view's grid.
+    let largest = |of: &[[f64; 3]]| of.as_flattened().iter().copied().fold(0.0, f64::max);
+    for place in 0..mean.len() {
+        for c in 0..3 {
+            let [a, b] = [0, 1].map(|i| (alone[i].0[place][c], alone[i].1[place][c]));
+            let expected = 0.75 * a.0 + 0.25 * b.0;
+            assert!((mean[place][c] - expected).abs() < 1e-9 * expected.abs());
+            let variance = 0.75 * a.1 * a.1 + 0.25 * b.1 * b.1 + 0.75 * 0.25 * (a.0 - b.0).powi(2);
+            let off = deviation[place][c] - variance.sqrt();
+            assert!(off.abs() < 0.03 * largest(&deviation), "{place} {c}: {off}");
+            assert!((bright[place][c] - 1.25 * a.0).abs() < 1e-9 * a.0.abs());
+            let variance = 2.125 * (a.1 * a.1 + a.0 * a.0) - (1.25 * a.0).powi(2);
+            let off = unsure[place][c] - variance.sqrt();
+            assert!(off.abs() < 0.03 * largest(&unsure), "{place} {c}: {off}");
+        }
+    }
+    // And what it reads is the irradiance of the light: of the matte ball under it, times π.
+    let white = renderer.render(
+        &Material::white(),
+        LOBE,
+        &camera,
+        &settings,
+        Parallelism::Rayon,
+    );
+    let white = white.unwrap().image;
+    let truth: [ChannelReflectance; 3] = [0.3, 0.2, 0.1].map(|body| ChannelReflectance {
+        diffuse: body,
+        specular: 0.05,
+        sigma: 0.1,
+    });
+    let known = [PossibleReflectance::known(truth)];
+    let light = reader.read(&image, &known, Parallelism::Rayon).unwrap();
+    let (map, _) = light.lat_long(64).unwrap();
+    for (row, column, rgb) in white.iter().step_by(97) {
+        let at = |index: usize| (2 * index + 1) as f64 / 96.0 - 1.0;
+        let (x, y) = (at(column), -at(row));
+        if x.hypot(y) > 0.8 {
+            continue;
+        }
+        let z = (1.0 - x * x - y * y).sqrt();
+        // Row 0 is up, and the centre column looks along −z.
+        let (theta, phi) = (y.acos(), x.atan2(-z));
+        let i = ((64.0 * theta / std::f64::consts::PI) as usize).min(63);
+        let j = (64.0 * (phi / std::f64::consts::PI + 1.0)) as usize % 128;
+        for c in 0..3 {
+            let off = map[64 * 2 * i + j][c] / (std::f64::consts::PI * rgb[c]) - 1.0;
+            // The nearest of the map's pixels is up to 2° away.
+            assert!(off.abs() < 0.1, "{row} {column} {c}: {off}");
+        }
+    }
+    let none: [PossibleReflectance; 0] = [];
+    assert!(matches!(
+        reader.read(&image, &none, ONE),
+        Err(Error::TooFew { .. })
+    ));
+    let mut wrong = PossibleReflectance::known(first);
+    wrong.weight = -1.0;
+    assert!(reader.read(&image, &[wrong.clone()], ONE).is_err());
+    wrong.weight = 0.0;
+    assert!(reader.read(&image, &[wrong.clone()], ONE).is_err());
+    wrong.weight = 1.0;
+    wrong.channels[1].sigma = 0.2;
+    assert!(reader.read(&image, &[wrong], ONE).is_err());
+}
+
+/// A finish's points have its probability, and are what its quantiles say.
+#[test]
+fn points_follow_the_posterior_of_the_finish() {
+    let verdict = |finishes: [f64; 4]| {
+        let even = |ends: &[f64]| Binned::new(ends, vec![1.0; ends.len() - 1]).unwrap();
+        FinishVerdict {
+            finishes,
+            none: 1.0 - finishes.iter().sum::<f64>(),
+            sigma: even(&[0.0, 0.02, 0.05, 0.1, 0.2, 0.4]),
+            share: even(&[0.0, 0.02, 0.1, 0.5, 0.75, 1.0]),
+            ln_base_colour: [(-1.0, 0.3), (-0.5, 0.3), (-2.0, 0.1)],
+        }
+    };
+    let points = verdict([0.3, 0.4, 0.2, 0.1]).possible_reflectances();
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+    assert!(near(points.iter().map(|point| point.weight).sum(), 1.0));
+    let weight = |of: &dyn Fn(&ChannelReflectance) -> bool| -> f64 {
+        let those = points.iter().filter(|point| of(&point.channels[1]));
+        those.map(|point| point.weight).sum()
+    };
+    assert!(near(weight(&|c| c.specular == 0.0), 0.3));
+    assert!(near(weight(&|c| c.diffuse > 0.0 && c.specular > 0.0), 0.4));
+    let metal = |rough: bool| weight(&|c| c.diffuse == 0.0 && (c.sigma >= Finish::ROUGH) == rough);
+    assert!(near(metal(true), 0.2) && near(metal(false), 0.1));
+    for point in &points {
+        // A base colour that is surely below 1 has a log-normal scale.
+        let [first, second] = point.inverse_scale[2];
+        assert!((first - f64::exp(0.005)).abs() < 1e-9, "{first}");
+        assert!((second - f64::exp(0.02)).abs() < 1e-9, "{second}");
+        let base = point.channels[1].diffuse.max(point.channels[1].specular);
+        assert!(near(base, f64::exp(-0.5)) && point.channels[0].specular <= 1.0);
+    }
+    // A single finish that is sure, mirrors that fall together, and none that is likely.
+    assert_eq!(
+        verdict([1.0, 0.0, 0.0, 0.0]).possible_reflectances().len(),
+        1
+    );
+    assert_eq!(
+        verdict([0.0, 0.0, 0.0, 1.0]).possible_reflectances().len(),
+        1
+    );
+    let unlikely = verdict([0.001, 0.002, 0.0, 0.0]).possible_reflectances();
+    assert!(near(unlikely.iter().map(|point| point.weight).sum(), 1.0));
+    assert!(
+        unlikely
+            .iter()
+            .all(|point| point.channels[0].specular > 0.0)
+    );
 }
