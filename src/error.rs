@@ -333,6 +333,17 @@ pub enum Error {
         /// By how much their axes, or their upward directions, miss that.
         apart: f64,
     },
+    /// Normals that are not in the frame that was said.
+    #[error(
+        "{:.0} % of the normals {problem}, so that they are of another frame; say which: the camera's own (x right, y up, z towards it), OpenCV's (y down, z away) or the world's",
+        100.0 * share
+    )]
+    NormalFrame {
+        /// What they do.
+        problem: &'static str,
+        /// The share of them, from 0 to 1.
+        share: f64,
+    },
     /// What was made for one camera is asked of another.
     #[error("{what} was made for another camera; make it for the one that looks")]
     OtherCamera {

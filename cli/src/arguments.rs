@@ -722,6 +722,7 @@ Examples:
   lobes classify pictures --json > answers.jsonl
   lobes classify ball.jpg --pbr ball.gltf
   lobes classify ball.jpg --light light.exr
+  lobes classify vase.exr --normals normals.exr --mask mask.png
   lobes classify pictures --report --out pages
 
 The keys of --json, an object a picture:
@@ -774,6 +775,8 @@ pub(super) struct Classify {
     /// Read every ball of a picture, not the one that is seen best.
     #[arg(long, conflicts_with_all = ["circle", "light"])]
     pub(super) all: bool,
+    #[command(flatten)]
+    pub(super) shape: Shape,
     /// Draw each posterior, as a page.
     #[arg(long)]
     pub(super) report: bool,
@@ -789,6 +792,59 @@ pub(super) struct Classify {
     /// Learn anew, without the features that an earlier run kept.
     #[arg(long)]
     pub(super) fresh: bool,
+}
+
+/// A shape that is no ball.
+#[derive(Debug, Args)]
+pub(super) struct Shape {
+    /// The picture shows another shape than a ball, whose normals are these: OpenEXR with components
+    /// of −1 … 1, or PNG with codes of (1 + n)/2; of one picture, of one size with it.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["circle", "all"])]
+    pub(super) normals: Option<PathBuf>,
+    /// Where the shape is, where it is white or opaque; without it, where there are normals.
+    #[arg(long, value_name = "FILE", requires = "normals")]
+    pub(super) mask: Option<PathBuf>,
+    /// In which frame the normals are.
+    #[arg(long, value_enum, default_value_t, requires = "normals")]
+    pub(super) frame: Frame,
+    /// With --frame world, the direction from the shape to the camera.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, default_value = "0,0,1", value_parser = direction)]
+    pub(super) towards: [f64; 3],
+    /// With --frame world, a direction that the picture shows upwards.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, default_value = "0,1,0", value_parser = direction)]
+    pub(super) up: [f64; 3],
+    /// The focal length in pixels; without it the picture's EXIF tells, or the camera is taken to be
+    /// far away.
+    #[arg(long, value_name = "PIXELS", requires = "normals")]
+    pub(super) focal: Option<f64>,
+}
+
+/// A frame of normals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(super) enum Frame {
+    /// The camera's own: x to the right, y up, z towards the camera.
+    #[default]
+    Camera,
+    /// OpenCV's: x to the right, y down, z away from the camera.
+    Opencv,
+    /// The world's: --towards and --up say how the camera stands in it.
+    World,
+}
+
+/// Three numbers with commas between them.
+fn direction(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> = text
+        .split(',')
+        .map(|part| {
+            part.trim()
+                .parse()
+                .ok()
+                .filter(|value: &f64| value.is_finite())
+        })
+        .collect();
+    numbers
+        .and_then(|numbers| numbers.try_into().ok())
+        .ok_or_else(|| "give three numbers, x,y,z".into())
 }
 
 impl Classify {

@@ -41,7 +41,32 @@ impl RingLayout {
     /// [`Error::TooFew`] for no ring; [`Error::Domain`] for a camera inside the sphere or more than
     /// [`Self::MOST`] rings or orders.
     pub fn new(viewpoint: Viewpoint, rings: usize, orders: usize) -> Result<Self> {
+        Self::within(viewpoint, rings, orders, Self::LARGEST_RADIUS)
+    }
+
+    /// [`new`](Self::new) for a picture of which only what lies within `radius` of its centre is to
+    /// be read, in radii of the sphere's outline; no farther out than [`Self::LARGEST_RADIUS`].
+    ///
+    /// ```
+    /// use lobes::{features::RingLayout, reflection::Viewpoint};
+    /// // The normals to 30° from the line of sight.
+    /// let layout = RingLayout::within(Viewpoint::Orthographic, 16, 4, 0.5)?;
+    /// assert!(layout.angles().iter().all(|angle| *angle < 30f64.to_radians()));
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`Error::Domain`] for a radius that is not above 0.
+    pub fn within(viewpoint: Viewpoint, rings: usize, orders: usize, radius: f64) -> Result<Self> {
         viewpoint.check()?;
+        if !(radius > 0.0) {
+            return Err(Error::Domain {
+                what: "the largest radius of the rings",
+                value: radius,
+                allowed: "above 0",
+            });
+        }
+        let radius = radius.min(Self::LARGEST_RADIUS);
         if rings == 0 {
             return Err(Error::TooFew {
                 what: "the layout of a picture",
@@ -66,7 +91,7 @@ impl RingLayout {
         let (mut low, mut high) = (0.0, limb);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if viewpoint.radius(middle) < Self::LARGEST_RADIUS {
+            if viewpoint.radius(middle) < radius {
                 low = middle;
             } else {
                 high = middle;

@@ -66,6 +66,14 @@ impl Raster {
         }
     }
 
+    /// The codes of a pixel as they stand in the file, over the largest.
+    pub(crate) fn fractions(&self, index: usize) -> [f64; 3] {
+        match &self.codes {
+            Codes::Eight(codes) => [0, 1, 2].map(|c| f64::from(codes[3 * index + c]) / 255.0),
+            Codes::Sixteen(codes) => [0, 1, 2].map(|c| f64::from(codes[3 * index + c]) / 65_535.0),
+        }
+    }
+
     /// The same pixels in another order: `from` says which one comes to each place.
     pub(crate) fn reordered(self, from: impl Fn(usize) -> usize) -> Self {
         fn moved<T: Copy>(codes: &[T], from: impl Fn(usize) -> usize) -> Vec<T> {

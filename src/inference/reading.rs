@@ -230,7 +230,15 @@ impl EvidenceReader {
     /// # Errors
     /// A camera inside the sphere.
     pub fn new(viewpoint: Viewpoint) -> Result<Self> {
-        let layout = RingLayout::new(viewpoint, Reader::RINGS, Self::ORDERS)?;
+        Self::within(viewpoint, RingLayout::LARGEST_RADIUS)
+    }
+
+    /// The plan for pictures of which what lies within `radius` counts: [`RingLayout::within`].
+    ///
+    /// # Errors
+    /// A camera inside the sphere; a radius that is not above 0.
+    pub fn within(viewpoint: Viewpoint, radius: f64) -> Result<Self> {
+        let layout = RingLayout::within(viewpoint, Reader::RINGS, Self::ORDERS, radius)?;
         Ok(Self { layout })
     }
 

@@ -6,6 +6,7 @@ mod augmentation;
 mod circle;
 #[cfg(feature = "files")]
 mod file;
+mod normals;
 mod outline;
 #[cfg(feature = "files")]
 mod photograph;
@@ -21,6 +22,7 @@ mod sphere;
 #[cfg(feature = "files")]
 pub use augmentation::augment;
 pub use circle::Circle;
+pub use normals::{NormalFrame, Normals, ShapeBall};
 pub use outline::Elongation;
 #[cfg(feature = "files")]
 pub use photograph::{Photograph, normal};

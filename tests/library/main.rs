@@ -35,4 +35,5 @@ mod reflection_exact;
 mod reflection_reference;
 mod scenes;
 mod serialisation;
+mod shapes;
 mod threads;

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::input;
 use lobes::illumination::Luminance;
 use lobes::inference::{Portrait, PortraitReader, SphereFeatures};
-use lobes::picture::{Circle, Elongation, Picture, encode_png, encode_spheres};
+use lobes::picture::{Circle, Elongation, Picture, ShapeBall, encode_png, encode_spheres};
 use lobes::reflection::SphereImage;
 
 /// A ball as it was read.
@@ -22,6 +22,9 @@ pub(super) struct Ball {
     /// The share of the circle that lies in the picture.
     pub(super) seen: f64,
     pub(super) distance: Option<f64>,
+    /// Of a shape that is no ball: the share of a ball's normals that it shows, and that of its pixels
+    /// that are left out as shadow.
+    pub(super) shape: Option<(f64, f64)>,
     /// Whether the file has a gain map, which is left aside.
     pub(super) gain_map: bool,
     pub(super) portrait: Portrait,
@@ -36,7 +39,8 @@ pub(super) struct Ball {
     pub(super) overlay: Option<(Vec<u8>, (usize, usize))>,
 }
 
-/// The ball of a picture, or with `--all` every one, or why one is not read.
+/// The ball of a picture, or with `--all` every one, or why one is not read; that of `shape` where the
+/// picture shows another shape.
 ///
 /// # Errors
 /// A file that is not read, and a picture in which no ball is found.
@@ -44,7 +48,19 @@ pub(super) fn read(
     path: &Path,
     options: &Classify,
     reader: &PortraitReader,
+    shape: Option<&ShapeBall>,
 ) -> Result<Vec<Result<Ball>>> {
+    if let Some(shape) = shape {
+        let of = ball(&shape.picture, shape.circle, Vec::new(), options, reader)?;
+        // Where it is was put, not found.
+        return Ok(vec![Ok(Ball {
+            found: false,
+            elongation: None,
+            overlay: None,
+            shape: Some((shape.coverage, shape.left_out)),
+            ..of
+        })]);
+    }
     let photo = if input::is_standard(path) {
         Picture::from_bytes(&input::bytes()?)?
     } else {
@@ -89,6 +105,7 @@ fn ball(
         saturated: sphere.saturated,
         seen: sphere.seen,
         distance: image.camera().distance(),
+        shape: None,
         gain_map: photo.has_gain_map(),
         portrait: reader.of_sphere(photo, circle, &sphere)?,
         features: if options.wants_names() {

@@ -2,6 +2,7 @@
 
 mod ball;
 mod pages;
+mod shape;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -17,6 +18,7 @@ use crate::{ball_light, console, input, lights, materials, progress, training};
 use lobes::Parallelism;
 use lobes::exchange::{self, Format};
 use lobes::inference::{FinishModel, FinishVerdict, Model, PortraitReader, Verdict};
+use lobes::picture::ShapeBall;
 use lobes::reflectance::{Finish, Material};
 
 /// A ball to tell of, or why nothing is told: the `which`th of `of` in a file.
@@ -93,13 +95,26 @@ pub(super) fn run(options: &Classify) -> Result<()> {
             "give one",
         ));
     }
+    if options.shape.normals.is_some() && !alone {
+        return Err(Error::request(
+            format!(
+                "--normals gives the shape in one picture, and {} are given",
+                paths.len()
+            ),
+            "give one",
+        ));
+    }
+    let shape = shape::read(options, &paths[0])?;
+    if let Some(part) = shape.as_ref().filter(|ball| ball.reach < ShapeBall::WHOLE) {
+        return shape::tell_part(part, &paths[0]);
+    }
     let (mut failed, mut total, mut problem) = (0, 0, None);
     let mut counts = Counts::new(&materials);
     let mut exported = Vec::new();
     let bar = progress::bar(paths.len(), "pictures");
     for (turn, paths) in paths.chunks(AT_A_TIME).enumerate() {
         let balls = Parallelism::Rayon.map(paths.len(), |i| {
-            let balls = ball::read(&paths[i], options, &judge.reader);
+            let balls = ball::read(&paths[i], options, &judge.reader, shape.as_ref());
             bar.inc(1);
             balls.unwrap_or_else(|error| vec![Err(error)])
         });

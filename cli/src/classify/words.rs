@@ -132,6 +132,13 @@ pub(super) fn sentence(ball: &Ball, answer: &Answer, materials: &[Material], all
             100.0 * (found.ratio - 1.0)
         ));
     }
+    if let Some((coverage, left_out)) = ball.shape {
+        text.push_str(&format!(
+            "; the shape shows {:.0} % of the normals that a ball does, and {:.1} % of its pixels, far darker than others of the same normal, are left out as shadow; what it mirrors of itself is not known of",
+            100.0 * coverage,
+            100.0 * left_out
+        ));
+    }
     if ball.gain_map {
         text.push_str("; the gain map is left aside, and the picture is read as it is without");
     }
@@ -208,6 +215,7 @@ pub(super) fn line_of_json(
         "saturated": ball.saturated,
         "seen": ball.seen,
         "elongation": ball.elongation.map(|found| json!({ "ratio": found.ratio, "angle": found.angle.to_degrees() })),
+        "shape": ball.shape.map(|(coverage, left_out)| json!({ "coverage": coverage, "left_out": left_out })),
         "gain_map": ball.gain_map,
         "grey": ball.grey,
         "distance": ball.distance,

@@ -1507,3 +1507,107 @@ fn a_mirror_ball_becomes_a_map() {
         fails(at, arguments, words);
     }
 }
+
+/// A matte ellipsoid lit from the upper left, its normals and its mask, as linear files.
+fn vase(folder: &Path) {
+    const SIDE: usize = 160;
+    let (mut normals, mut shown, mut mask) = (Vec::new(), Vec::new(), Vec::new());
+    for i in 0..SIDE * SIDE {
+        let at = |index: usize| (2 * index + 1) as f64 / SIDE as f64 - 1.0;
+        let (x, y) = (at(i % SIDE), -at(i / SIDE));
+        let rest = 1.0 - (x / 0.7).powi(2) - (y / 0.9).powi(2);
+        let normal = if rest > 0.0 {
+            lobes::glam::DVec3::new(x / 0.49, y / 0.81, rest.sqrt() / 0.8).normalize()
+        } else {
+            lobes::glam::DVec3::ZERO
+        };
+        let light = normal
+            .dot(lobes::glam::DVec3::new(-0.48, 0.6, 0.64))
+            .max(0.0);
+        normals.push(normal.to_array());
+        mask.push([f64::from(u8::from(rest > 0.0)); 3]);
+        shown.push(if rest > 0.0 {
+            [0.4, 0.3, 0.2].map(|body| body * (0.3 + light))
+        } else {
+            [0.9; 3]
+        });
+    }
+    for (name, pixels) in [
+        ("normals.exr", normals),
+        ("vase.exr", shown),
+        ("mask.exr", mask),
+    ] {
+        let picture = lobes::files::Picture {
+            width: SIDE,
+            height: SIDE,
+            pixels,
+        };
+        let path = folder.join(name);
+        lobes::files::write_exr(&path, &picture, lobes::files::Precision::Single).unwrap();
+    }
+}
+
+#[test]
+fn a_shape_is_read_by_its_normals() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    vase(at);
+    let verb = ["classify", "vase.exr", "--normals", "normals.exr"];
+    let rest = ["--mask", "mask.exr", "--light", "light.exr", "--json"];
+    let output = lobes(&[&verb[..], &rest[..]].concat(), at);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(line["finishes"]["matte"].is_number(), "{line}");
+    assert!(line["shape"]["coverage"].as_f64().unwrap() > 0.9, "{line}");
+    let told = lobes(&[&verb[..], &["--mask", "mask.exr"]].concat(), at);
+    let told = String::from_utf8_lossy(&told.stdout).into_owned();
+    assert!(told.contains("of the normals that a ball does"), "{told}");
+    // The light stands up and to the left of the camera, and its deviation beside it.
+    let map = lobes::illumination::read(&at.join("light.exr"), None).unwrap();
+    let up = map.radiance(lobes::glam::DVec3::new(-0.48, 0.6, 0.64));
+    let down = map.radiance(lobes::glam::DVec3::new(0.48, -0.6, 0.64));
+    assert!(up[1] > down[1], "{up:?} {down:?}");
+    assert!(at.join("light-deviation.exr").exists());
+    for (arguments, words) in [
+        (
+            &["--frame", "opencv"][..],
+            &["normals.exr", "another frame"][..],
+        ),
+        (
+            &["--frame", "world", "--towards", "1,0,0"],
+            &["another frame"],
+        ),
+        (&["--frame", "world", "--up", "0,0,1"], &["sideways"]),
+        (&["--mask", "small.exr"], &["small.exr", "2 by 1"]),
+        (&["--mask", "nothing.exr"], &["shape", "mask"]),
+        (&["--mask", "none.exr"], &["none.exr", "cannot be read"]),
+    ] {
+        for (name, width, height) in [("small.exr", 2, 1), ("nothing.exr", 160, 160)] {
+            let picture = lobes::files::Picture {
+                width,
+                height,
+                pixels: vec![[0.0; 3]; width * height],
+            };
+            let path = at.join(name);
+            lobes::files::write_exr(&path, &picture, lobes::files::Precision::Single).unwrap();
+        }
+        fails(at, &[&verb[..], arguments].concat(), words);
+    }
+    fails(
+        at,
+        &[
+            "classify",
+            "vase.exr",
+            "vase.exr",
+            "--normals",
+            "normals.exr",
+        ],
+        &["one picture", "2 are given"],
+    );
+    fails(
+        at,
+        &["classify", "vase.exr", "--normals", "vase.exr"],
+        &["length of a normal"],
+    );
+}
