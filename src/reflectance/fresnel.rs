@@ -1,6 +1,7 @@
 //! How much a smooth boundary reflects.
 
 use fearless_simd::{Select, f64x8, prelude::*};
+use num_complex::Complex64;
 
 use crate::{Error, Result};
 
@@ -223,59 +224,51 @@ impl Fresnel {
     }
 
     /// At least |F| where the square of the cosine is complex and within `off` of `square`, F
-    /// continued analytically; infinite where it is not known to be analytic there.
+    /// continued analytically from [0, 1]; infinite where it is not known to be analytic there.
     ///
     /// For |z| < 1 is |√(1 + z) − 1| ≤ 1 − √(1 − |z|), so that c = √s is within
-    /// c₀ (1 − √(1 − d/s₀)) of c₀ where s is within d of s₀, and likewise g = √((n + ik)² − 1 + s). The
-    /// continued reflectance of a conductor is half the sum of (c − g)(c − g')/((c + g)(c + g')),
-    /// where g' is as g with n − ik, and of the same with (n ± ik)² c in place of c.
-    #[inline(always)]
-    pub(crate) fn bound<S: Simd>(self, simd: S, square: f64x8<S>, off: f64x8<S>) -> f64x8<S> {
-        let splat = |value: f64| f64x8::splat(simd, value);
-        let (zero, one) = (splat(0.0), splat(1.0));
-        let infinite = splat(f64::INFINITY);
-        let spread =
-            |centre: f64x8<S>, share: f64x8<S>| centre * (one - (one - share).max(zero).sqrt());
-        if let Self::Constant(value) = self {
-            return splat(value);
-        }
-        let share = off / square;
-        let cosine = square.sqrt();
-        let cosine_off = spread(cosine, share);
-        let analytic = share.simd_lt(one);
-        if let Self::Schlick { normal } = self {
-            let rest = (one - cosine).abs() + cosine_off;
-            let fourth = rest * rest * rest * rest;
-            let bound = fourth * rest * (1.0 - normal) + normal;
-            return analytic.select(bound, infinite);
-        }
-        let (index, extinction) = match self {
-            Self::Conductor { index, extinction } => (index, extinction),
-            Self::Dielectric { index } => (index, 0.0),
-            Self::Constant(_) | Self::Schlick { .. } => return infinite,
+    /// |c₀| (1 − √(1 − d/|s₀|)) of c₀ where s is within d of s₀, and likewise
+    /// g = √((n + ik)² − 1 + s). The continued reflectance of a conductor is half the sum of
+    /// (c − g)(c − g')/((c + g)(c + g')), where g' is as g with n − ik, and of the same with
+    /// (n ± ik)² c in place of c.
+    pub(crate) fn bound(self, square: Complex64, off: f64) -> f64 {
+        // The root and how far it may be off.
+        let root = |square: Complex64| {
+            let share = off / square.norm();
+            let root = square.sqrt();
+            (share < 1.0).then(|| (root, root.norm() * (1.0 - (1.0 - share).sqrt())))
         };
-        let (p, q) = square_of_index(index, extinction);
-        let d = square + excess_of_index(index, extinction);
-        let modulus = (d * d + q * q).sqrt();
-        let larger = ((modulus + d.abs()) * 0.5).sqrt();
-        let smaller = splat(0.5 * q) / larger.max(splat(f64::MIN_POSITIVE));
-        let positive = d.simd_ge(zero);
-        let a = positive.select(larger, smaller);
-        let b = positive.select(smaller, larger);
-        let share = off / modulus;
-        let g_off = spread(modulus.sqrt(), share);
-        let analytic = analytic & share.simd_lt(one);
-        let length = |x: f64x8<S>, y: f64x8<S>| (x * x + y * y).sqrt();
-        let quotient = |real: f64x8<S>, imaginary: f64x8<S>, off: f64x8<S>| {
-            let above = length(real - a, imaginary - b) + off;
-            let below = length(real + a, imaginary + b) - off;
-            let value = above / below;
-            zero.simd_lt(below).select(value * value, infinite)
+        let cosine = root(square);
+        let (index, (c, c_off)) = match (self, cosine) {
+            (Self::Constant(value), _) => return value,
+            (_, None) => return f64::INFINITY,
+            (Self::Schlick { normal }, Some((c, c_off))) => {
+                let rest = (1.0 - c).norm() + c_off;
+                return rest.powi(5).mul_add(1.0 - normal, normal);
+            }
+            (Self::Dielectric { index }, Some(cosine)) => (Complex64::from(index), cosine),
+            (Self::Conductor { index, extinction }, Some(cosine)) => {
+                (Complex64::new(index, extinction), cosine)
+            }
         };
-        let across = quotient(cosine, zero, cosine_off + g_off);
-        let off = cosine_off * p.hypot(q) + g_off;
-        let along = quotient(cosine * p, cosine * q, off);
-        analytic.select((across + along) * 0.5, infinite)
+        // The sizes of both amplitudes for n + ik and for n − ik.
+        let amplitudes = [index, index.conj()].map(|index| {
+            let index = index * index;
+            let (g, g_off) = root(index - 1.0 + square)?;
+            let quotient = |other: Complex64, off: f64| {
+                let (above, below) = ((other - g).norm() + off, (other + g).norm() - off);
+                (below > 0.0).then(|| above / below)
+            };
+            let across = quotient(c, c_off + g_off)?;
+            let along = quotient(index * c, index.norm() * c_off + g_off)?;
+            Some([across, along])
+        });
+        match amplitudes {
+            [Some([across, along]), Some([other_across, other_along])] => {
+                0.5 * (across * other_across + along * other_along)
+            }
+            _ => f64::INFINITY,
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use fearless_simd::{dispatch, prelude::*};
 use glam::DVec3;
 
 use super::descent::Workspace;
-use super::ggx_lobe::GgxLobe;
+use super::ggx_lobe::{Facets, GgxLobe};
 use super::lobe::{FunctionLobe, LambertLobe, Lobe};
 use super::opening::LEBESGUE;
 use super::tree::LightTree;
@@ -89,7 +89,7 @@ enum Specular {
     /// What it reflects as a mirror, by the cosine of the view.
     Mirror([Fresnel; 3]),
     Ward(Ward, [f64; 3]),
-    Ggx(f64, [Fresnel; 3]),
+    Ggx(f64, Facets),
 }
 
 impl Specular {
@@ -101,7 +101,7 @@ impl Specular {
                 None => Self::Mirror(material.specular().map(Fresnel::Constant)),
             },
             Surface::Ggx(material) if material.alpha() == 0.0 => Self::Mirror(material.fresnel()),
-            Surface::Ggx(material) => Self::Ggx(material.alpha(), material.fresnel()),
+            Surface::Ggx(material) => Self::Ggx(material.alpha(), Facets::new(material.fresnel())),
         }
     }
 }
@@ -328,8 +328,8 @@ impl LightTree {
                 };
                 self.solve(&lobe, goal, &mut paces[1], work)?
             }
-            Specular::Ggx(alpha, fresnel) => {
-                let lobe = GgxLobe::new(*alpha, *fresnel, normal, view);
+            Specular::Ggx(alpha, facets) => {
+                let lobe = GgxLobe::new(*alpha, facets, normal, view);
                 self.solve(&lobe, goal, &mut paces[1], work)?
             }
         };

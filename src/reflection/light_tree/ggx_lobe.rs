@@ -4,30 +4,110 @@ use std::f64::consts::PI;
 
 use fearless_simd::{f64x8, prelude::*};
 use glam::DVec3;
+use num_complex::Complex64;
 
 use super::half_vector::{Half, HalfAt, HalfRange, HalfVector};
 use super::lobe::Lobe;
 use super::neighbourhood::Neighbourhood;
 use crate::reflectance::Fresnel;
 
+/// A relative step of |H|²/4 in the table of [`Facets`], as bits of a double: a quarter of a power
+/// of 2.
+const STEP: u32 = f64::MANTISSA_DIGITS - 1 - 2;
+
+/// The smallest |H|²/4 of that table.
+const LEAST: f64 = f64::from_bits((1023 - 60) << (f64::MANTISSA_DIGITS - 1));
+
+/// The largest distance from |H|²/4, over itself, for which the table is made.
+const SHARE: f64 = 0.6;
+
+/// How facets reflect the three channels, and bounds of it.
+#[derive(Debug, Clone)]
+pub(super) struct Facets {
+    fresnel: [Fresnel; 3],
+    /// At least |F| of every channel over the complex disc about each |H|²/4 whose radius is
+    /// [`SHARE`] of it, from [`LEAST`] to 1 in steps of a quarter of a power of 2.
+    bounds: Vec<f64>,
+}
+
+impl Facets {
+    pub(super) fn new(fresnel: [Fresnel; 3]) -> Self {
+        let first = LEAST.to_bits() >> STEP;
+        let last = 1.0f64.to_bits() >> STEP;
+        let [red, green, blue] = fresnel;
+        let mut distinct = vec![red];
+        distinct.extend([green, blue].into_iter().filter(|other| *other != red));
+        let bound = |index: u64| {
+            let ends = [index, index + 1].map(|index| f64::from_bits(index << STEP));
+            let (low, high) = (ends[0] * (1.0 - SHARE), ends[1] * (1.0 + SHARE));
+            let disc = (0.5 * (low + high), 0.5 * (high - low) * (1.0 + 1e-12));
+            distinct
+                .iter()
+                .map(|fresnel| bound_over_disc(*fresnel, disc))
+                .fold(0.0, f64::max)
+        };
+        Self {
+            fresnel,
+            bounds: (first..=last).map(bound).collect(),
+        }
+    }
+
+    /// At least |F| of every channel where |H|²/4 is complex and within `off` of `square`; infinite
+    /// where the table does not say.
+    #[inline(always)]
+    fn bound<S: Simd>(&self, simd: S, square: f64x8<S>, off: f64x8<S>) -> f64x8<S> {
+        let infinite = f64x8::splat(simd, f64::INFINITY);
+        let mut squares = [0.0; 8];
+        square.store_slice(&mut squares);
+        let first = (LEAST.to_bits() >> STEP) as usize;
+        let bounds = squares.map(|square: f64| {
+            let index = ((square.min(1.0).to_bits() >> STEP) as usize).checked_sub(first);
+            index
+                .and_then(|index| self.bounds.get(index))
+                .map_or(f64::INFINITY, |bound| *bound)
+        });
+        let near = off.simd_le(square * SHARE);
+        near.select(f64x8::from_slice(simd, &bounds), infinite)
+    }
+}
+
+/// At least |F| over a complex disc about a real middle.
+///
+/// What is analytic is largest on the rim, of which one half mirrors the other; that is covered by
+/// small discs.
+fn bound_over_disc(fresnel: Fresnel, (middle, radius): (f64, f64)) -> f64 {
+    const ARCS: usize = 16;
+    if fresnel.bound(middle.into(), radius).is_infinite() {
+        return f64::INFINITY;
+    }
+    let step = PI / ARCS as f64;
+    let small = 2.0 * radius * (0.25 * step).sin() * (1.0 + 1e-12);
+    (0..ARCS)
+        .map(|arc| {
+            let place = Complex64::from_polar(radius, step * (arc as f64 + 0.5));
+            fresnel.bound(place + middle, small)
+        })
+        .fold(0.0, f64::max)
+}
+
 /// An isotropic GGX lobe whose facets reflect each channel in their own way.
 ///
 /// f c_i = F D c_i/(2 (c_i r_v + c_v r_i)), r² = α² + (1 − α²) c², D = (1 + t²)²/(π α² (1 + t²/α²)²),
 /// which is the product of D, F and Smith's factor of [`Ggx`](crate::reflectance::Ggx).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct GgxLobe {
+pub(super) struct GgxLobe<'a> {
     half: HalfVector,
     /// α² and 1/α².
     square: f64,
     inverse: f64,
     /// r_v.
     view: f64,
-    fresnel: [Fresnel; 3],
+    facets: &'a Facets,
 }
 
-impl GgxLobe {
+impl<'a> GgxLobe<'a> {
     /// A lobe at a normal and a view above its horizon, in the map's frame.
-    pub(super) fn new(alpha: f64, fresnel: [Fresnel; 3], normal: DVec3, view: DVec3) -> Self {
+    pub(super) fn new(alpha: f64, facets: &'a Facets, normal: DVec3, view: DVec3) -> Self {
         let half = HalfVector::new(normal, view);
         let square = alpha * alpha;
         Self {
@@ -37,7 +117,7 @@ impl GgxLobe {
             view: (1.0 - square)
                 .mul_add(half.cosine * half.cosine, square)
                 .sqrt(),
-            fresnel,
+            facets,
         }
     }
 
@@ -61,15 +141,7 @@ impl GgxLobe {
         // The square of the half vector's cosine to the view, |H|²/4, and how far it is off.
         let square = range.length * range.length * 0.25;
         let off = (range.length * 2.0 + range.away) * range.away * 0.25;
-        let [red, green, blue] = self.fresnel;
-        let mut bound = red.bound(simd, square, off);
-        if green != red {
-            bound = bound.max(green.bound(simd, square, off));
-        }
-        if blue != green && blue != red {
-            bound = bound.max(blue.bound(simd, square, off));
-        }
-        bound
+        self.facets.bound(simd, square, off)
     }
 
     /// A bound of D c_i/(2 (c_i r_v + c_v r_i)) from one of c_i/(c_i r_v + c_v r_i).
@@ -106,7 +178,7 @@ impl GgxLobe {
     }
 }
 
-impl Lobe for GgxLobe {
+impl Lobe for GgxLobe<'_> {
     type At<S: Simd> = HalfAt<S>;
 
     fn normal(&self) -> DVec3 {
@@ -128,7 +200,7 @@ impl Lobe for GgxLobe {
         let value = ratio * ratio * (height / whole) * self.peak();
         // Half the length of H is the cosine between it and the view.
         let cosine = (stretch.sqrt() / recip * 0.5).min(one);
-        let [red, green, blue] = self.fresnel;
+        let [red, green, blue] = self.facets.fresnel;
         let first = value * red.reflectances(simd, cosine);
         if red == green && green == blue {
             return [first; 3];
@@ -191,7 +263,7 @@ impl Lobe for GgxLobe {
         let root = (square.sqrt() * 0.6).min(square / half.height.abs() * 0.4);
         let up = half.height + splat(self.half.cosine);
         let length = (half.square + 1.0).sqrt() * up;
-        reach.min(root).min(length * 0.15).max(splat(1e-9))
+        reach.min(root).min(length * 0.14).max(splat(1e-9))
     }
 
     fn rounding(&self) -> f64 {
@@ -201,8 +273,6 @@ impl Lobe for GgxLobe {
 
 #[cfg(test)]
 mod tests {
-    use num_complex::Complex64;
-
     use super::super::sampled_bound;
     use super::*;
     use crate::reflectance::Ggx;
@@ -242,22 +312,24 @@ mod tests {
     }
 
     /// The lobe's formula at a complex vector.
-    fn complex(lobe: &GgxLobe, light: [Complex64; 3]) -> f64 {
+    fn complex(lobe: &GgxLobe<'_>, light: [Complex64; 3]) -> f64 {
         let [cosine, up, square] = lobe.half.complex(light);
         let stretch = square + 1.0;
         let density = (stretch / (square * lobe.inverse + 1.0)).powi(2) * lobe.peak();
         let beside = (cosine * cosine * (1.0 - lobe.square) + lobe.square).sqrt();
         let masked = cosine / (cosine * lobe.view + beside * lobe.half.cosine);
-        let value = density * masked * reflectance(lobe.fresnel[0], stretch * up * up * 0.25);
+        let value =
+            density * masked * reflectance(lobe.facets.fresnel[0], stretch * up * up * 0.25);
         value.norm()
     }
 
     #[test]
     fn no_complex_vector_passes_the_bound() {
+        let facets = FRESNELS.map(|fresnel| Facets::new([fresnel; 3]));
         let lobe = |index: usize, normal, view| {
             let alpha = [0.01, 0.05, 0.3, 1.0][index % 4];
-            let fresnel = FRESNELS[index / 4 % FRESNELS.len()];
-            (GgxLobe::new(alpha, [fresnel; 3], normal, view), alpha)
+            let facets = &facets[index / 4 % FRESNELS.len()];
+            (GgxLobe::new(alpha, facets, normal, view), alpha)
         };
         let (finite, closest) = sampled_bound::check(lobe, complex);
         assert!(finite > 1000 && closest > 0.3, "{finite}, {closest}");
@@ -268,7 +340,8 @@ mod tests {
         let view = DVec3::new(0.6, 0.0, 0.8);
         for fresnel in FRESNELS {
             let ggx = Ggx::isotropic(0.2, fresnel).unwrap();
-            let lobe = GgxLobe::new(0.2, [fresnel; 3], DVec3::Z, view);
+            let facets = Facets::new([fresnel; 3]);
+            let lobe = GgxLobe::new(0.2, &facets, DVec3::Z, view);
             for light in [
                 DVec3::Z,
                 DVec3::new(-0.6, 0.0, 0.8),
