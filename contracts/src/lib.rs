@@ -26,6 +26,7 @@ mod healpix;
 mod invariance;
 mod legendre;
 mod map;
+mod masks;
 mod picture;
 mod pipeline;
 mod radiance;
@@ -141,6 +142,7 @@ pub fn contracts() -> Vec<Contract> {
         complex::contracts(),
         field::contracts(),
         healpix::contracts(),
+        masks::contracts(),
         convention::contracts(),
         invariance::contracts(),
         reflectance::contracts(),

@@ -116,8 +116,8 @@ mod _lobes {
     use super::reflection::{Camera, Renderer, features};
     #[pymodule_export]
     use super::spectrum::{
-        Coupling, Mask, average_power, convolve_zonal, cross_power, deconvolve_zonal, from_complex,
-        from_real, gaussian_beam, laplacian, random_field, to_complex, to_real,
+        Coupling, Mask, apodise, average_power, convolve_zonal, cross_power, deconvolve_zonal,
+        from_complex, from_real, gaussian_beam, laplacian, random_field, to_complex, to_real,
     };
 
     #[pymodule_init]

@@ -1,10 +1,13 @@
 //! Power, zonal convolution, other conventions, and spectra of part of a sphere.
 
-use lobes::harmonics::{self, Convention, Coupling as Couplings, Normalisation, Order, Phase};
+use lobes::harmonics::{
+    self, Apodisation, Convention, Coupling as Couplings, Normalisation, Order, Phase,
+};
 use lobes::sphere::Grid;
 use numpy::{Complex64, PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use crate::arrays::{
     check_finite, check_result, complexes, doubles, leading, shape_name, shaped, zeros,
@@ -486,7 +489,9 @@ impl Mask {
 #[pyclass(frozen, module = "lobes")]
 pub(crate) struct Coupling {
     coupling: Couplings,
-    mask: Mask,
+    mask: Option<Mask>,
+    /// What a mask of any shape is given by.
+    power: Vec<f64>,
 }
 
 #[pymethods]
@@ -495,7 +500,47 @@ impl Coupling {
     fn new(py: Python<'_>, mask: Mask, degree: usize) -> PyResult<Self> {
         let coupling = crate::interrupt::run(py, move || Couplings::new(mask.mask(), degree))?
             .map_err(error)?;
-        Ok(Self { coupling, mask })
+        Ok(Self {
+            coupling,
+            mask: Some(mask),
+            power: Vec::new(),
+        })
+    }
+
+    /// The coupling by a mask of any shape, from its own power.
+    ///
+    /// Parameters
+    /// ----------
+    /// power : array_like, (any,)
+    ///     `average_power` of the mask, to twice the degree; what is missing counts as 0.
+    /// degree : int
+    ///     At most 1024.
+    ///
+    /// Returns
+    /// -------
+    /// Coupling
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform("gauss-legendre", 48, 96, 40)
+    /// >>> mask = (np.abs(transform.directions[..., 2]) > 0.2).astype(float)
+    /// >>> mask = lobes.apodise(transform, mask, 0.4)
+    /// >>> coupling = lobes.Coupling.from_power(lobes.average_power(transform.analyse(mask)), 20)
+    /// >>> masked = coupling.couple(np.ones(21))
+    /// >>> np.allclose(coupling.decouple(masked, [0, 7, 14, 21]), 1)
+    /// True
+    #[staticmethod]
+    fn from_power(py: Python<'_>, power: &Bound<'_, PyAny>, degree: usize) -> PyResult<Self> {
+        let power = by_degree(power, "the array of powers")?;
+        let given = power.clone();
+        let coupling = crate::interrupt::run(py, move || Couplings::from_power(&given, degree))?
+            .map_err(error)?;
+        Ok(Self {
+            coupling,
+            mask: None,
+            power,
+        })
     }
 
     /// The largest degree.
@@ -504,9 +549,9 @@ impl Coupling {
         self.coupling.degree()
     }
 
-    /// The mask.
+    /// The mask, or None of one of any shape.
     #[getter]
-    fn mask(&self) -> Mask {
+    fn mask(&self) -> Option<Mask> {
         self.mask
     }
 
@@ -540,43 +585,168 @@ impl Coupling {
     /// degrees `edges[b]` … `edges[b + 1]` − 1.
     ///
     /// Within a band the power is taken as `shape`, a number for each degree, times the one unknown
-    /// that comes back; constant unless given.
-    #[pyo3(signature = (masked, edges, shape=None))]
+    /// that comes back; constant unless given. The masked power of a band is the mean under `weights`,
+    /// a number for each degree; 2l + 1 unless given.
+    #[pyo3(signature = (masked, edges, shape=None, weights=None))]
     fn decouple<'py>(
         &self,
         py: Python<'py>,
         masked: &Bound<'py, PyAny>,
         edges: Vec<usize>,
         shape: Option<&Bound<'py, PyAny>>,
+        weights: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let masked = by_degree(masked, "the array of powers")?;
-        let shape = match shape {
-            Some(shape) => by_degree(shape, "the shape within bands")?,
-            None => vec![1.0; self.degree() + 1],
-        };
-        if shape.len() != self.degree() + 1 {
-            return Err(PyValueError::new_err(format!(
-                "the shape within bands has {} values where {}, one a degree, are needed",
-                shape.len(),
-                self.degree() + 1
-            )));
-        }
+        let (shape, weights) = (self.shape(shape)?, self.weights(weights)?);
         let power = self
             .coupling
-            .decouple(&masked, &edges, |l| shape[l])
+            .decouple_weighted(&masked, &edges, |l| weights[l], |l| shape[l])
             .map_err(error)?;
         check_result(&power, "the power of a band")?;
         Ok(PyArray1::from_vec(py, power))
     }
 
-    fn __repr__(&self) -> String {
-        format!("Coupling({}, {})", self.mask.__repr__(), self.degree())
+    /// What `decouple` gives in the mean of a field with the power 1 at one degree: (bands, degree +
+    /// 1), whose product with any power is what the bands are to be compared with.
+    ///
+    /// Parameters
+    /// ----------
+    /// edges : sequence of int
+    /// shape, weights : array_like, (degree + 1,), optional
+    ///     As of `decouple`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (bands, degree + 1)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> windows = lobes.Coupling(lobes.Mask(1.5), 11).windows([0, 4, 8, 12])
+    /// >>> np.allclose(windows.sum(axis=1), 1)
+    /// True
+    #[pyo3(signature = (edges, shape=None, weights=None))]
+    fn windows<'py>(
+        &self,
+        py: Python<'py>,
+        edges: Vec<usize>,
+        shape: Option<&Bound<'py, PyAny>>,
+        weights: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (shape, weights) = (self.shape(shape)?, self.weights(weights)?);
+        let windows = self
+            .coupling
+            .windows(&edges, |l| weights[l], |l| shape[l])
+            .map_err(error)?;
+        // A matrix is stored column by column.
+        let values = windows.transpose().as_slice().to_vec();
+        check_result(&values, "a window")?;
+        shaped(py, &[windows.nrows(), windows.ncols()], values)
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (Mask, usize)) {
-        (
-            slf.get_type().into_any(),
-            (slf.get().mask, slf.get().degree()),
-        )
+    fn __repr__(&self) -> String {
+        match self.mask {
+            Some(mask) => format!("Coupling({}, {})", mask.__repr__(), self.degree()),
+            None => format!("Coupling.from_power(..., {})", self.degree()),
+        }
     }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (this, py) = (slf.get(), slf.py());
+        let class = slf.get_type().into_any();
+        match this.mask {
+            Some(mask) => Ok((class, (mask, this.degree()).into_pyobject(py)?)),
+            None => {
+                let power = PyArray1::from_slice(py, &this.power);
+                let arguments = (power, this.degree()).into_pyobject(py)?;
+                Ok((class.getattr("from_power")?, arguments))
+            }
+        }
+    }
+}
+
+impl Coupling {
+    /// The shape within bands, constant unless given.
+    fn shape(&self, shape: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+        self.each_degree(shape, "the shape within bands", |_| 1.0)
+    }
+
+    /// The weights within bands, 2l + 1 unless given.
+    fn weights(&self, weights: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+        self.each_degree(weights, "the weights within bands", |l| (2 * l + 1) as f64)
+    }
+
+    fn each_degree(
+        &self,
+        given: Option<&Bound<'_, PyAny>>,
+        what: &str,
+        otherwise: fn(usize) -> f64,
+    ) -> PyResult<Vec<f64>> {
+        let count = self.degree() + 1;
+        let values = match given {
+            Some(given) => by_degree(given, what)?,
+            None => (0..count).map(otherwise).collect(),
+        };
+        if values.len() != count {
+            return Err(PyValueError::new_err(format!(
+                "{what} has {} values where {count}, one a degree, are needed",
+                values.len()
+            )));
+        }
+        Ok(values)
+    }
+}
+
+/// Masks (…, *shape) of a transform's grid with soft edges: each point times a factor for its
+/// distance to the nearest point where the mask is 0.
+///
+/// Parameters
+/// ----------
+/// transform : Transform
+/// masks : array_like, (…, *shape)
+/// width : float
+///     The angle in radians at which the factor comes to 1.
+/// kind : "c1" or "c2"
+///     NaMaster's: x − sin(2πx)/2π, or (1 − cos πx)/2, x² = (1 − cos θ)/(1 − cos width).
+/// threads : bool
+///     Whether all cores work.
+///
+/// Returns
+/// -------
+/// ndarray, (…, *shape)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> transform = lobes.Transform.healpix(8, 8)
+/// >>> mask = (transform.directions[:, 2] > 0).astype(float)
+/// >>> soft = lobes.apodise(transform, mask, 0.3)
+/// >>> bool(((soft > 0.1) & (soft < 0.9)).any()), bool((soft <= mask).all())
+/// (True, True)
+#[pyfunction]
+#[pyo3(signature = (transform, masks, width, kind="c1", threads=true))]
+pub(crate) fn apodise<'py>(
+    py: Python<'py>,
+    transform: &Transform,
+    masks: &Bound<'py, PyAny>,
+    width: f64,
+    kind: &str,
+    threads: bool,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let kinds = [("c1", Apodisation::C1), ("c2", Apodisation::C2)];
+    let kind = one_of(kind, "kind of edge", &kinds)?;
+    let grid: &Grid = transform.grid_itself();
+    let masks = doubles(masks, "the array of masks")?;
+    leading(masks.shape(), &transform.map_shape(), "the array of masks")?;
+    let mut values = Vec::new();
+    for mask in masks.as_slice()?.chunks_exact(grid.len()) {
+        let soft = py
+            .detach(|| harmonics::apodise(grid, mask, width, kind, crate::parallelism(threads)))
+            .map_err(error)?;
+        values.extend(soft);
+        py.check_signals()?;
+    }
+    shaped(py, masks.shape(), values)
 }

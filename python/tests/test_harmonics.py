@@ -367,6 +367,32 @@ def test_healpix_and_least_squares():
             wrong()
 
 
+def test_masks_of_any_shape():
+    transform = lobes.Transform.healpix(16, 32)
+    ragged = 1.0 * ((abs(transform.directions[:, 2]) > 0.2) & (transform.directions @ [0.6, 0.48, 0.64] < 0.98))
+    for kind, rise in [("c1", lambda x: x - np.sin(2 * np.pi * x) / (2 * np.pi)), ("c2", lambda x: 0.5 - 0.5 * np.cos(np.pi * x))]:
+        soft = lobes.apodise(transform, ragged, 0.3, kind)
+        nearest = (1 - transform.directions @ transform.directions[ragged == 0].T).min(axis=1)
+        x = np.sqrt(np.clip(nearest / (1 - np.cos(0.3)), 0, 1))
+        assert np.allclose(soft, ragged * rise(x), atol=1e-6)
+    found = transform.analyse_least_squares(soft)[0]
+    coupling = lobes.Coupling.from_power(lobes.average_power(found), 16)
+    assert coupling.mask is None and np.array_equal(pickle.loads(pickle.dumps(coupling)).matrix, coupling.matrix)
+    power, edges = 1 / np.arange(1, 18.0), [0, 5, 11, 17]
+    bands = coupling.decouple(coupling.couple(power), edges, weights=np.ones(17))
+    assert np.allclose(bands, coupling.windows(edges, weights=np.ones(17)) @ power)
+    assert np.allclose(coupling.decouple(coupling.couple(power), edges, power), 1)
+    for wrong in [
+        lambda: lobes.apodise(transform, ragged, 0),
+        lambda: lobes.apodise(transform, ragged, 0.1, "c3"),
+        lambda: lobes.Coupling.from_power([], 3),
+        lambda: coupling.windows(edges, np.ones(3)),
+        lambda: coupling.decouple(power, edges, None, -power),
+    ]:
+        with pytest.raises(ValueError):
+            wrong()
+
+
 def test_wigner_matrices():
     quaternion = np.array([0.3, 0.5, -0.2, 0.8])
     for degree in (0, 1, 4):

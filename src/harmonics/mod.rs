@@ -12,6 +12,7 @@
     reason = "the formulas are plain text, with subscripts"
 )]
 
+mod apodise;
 mod batch_lanes;
 mod coefficients;
 mod complex;
@@ -35,6 +36,7 @@ mod transform;
 pub mod wigner;
 mod work;
 
+pub use apodise::{Apodisation, apodise};
 pub use coefficients::{Coefficients, coefficient_count};
 pub use complex::ComplexCoefficients;
 pub use convention::{Convention, Normalisation, Order, Phase};

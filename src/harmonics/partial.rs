@@ -129,7 +129,8 @@ impl Mask {
     }
 }
 
-/// The coupling of degrees by an axisymmetric mask.
+/// The coupling of degrees by a mask: one that depends on the angle from the pole only
+/// ([`new`](Self::new)), or one of any shape ([`from_power`](Self::from_power)).
 ///
 /// ```
 /// use lobes::harmonics::{Coupling, Mask};
@@ -150,15 +151,51 @@ impl Coupling {
     /// [`Error::Degree`] beyond [`MAX_COUPLING_DEGREE`]; [`Error::Domain`] for edges that are not
     /// in order or not in 0 … π.
     pub fn new(mask: Mask, degree: usize) -> Result<Self> {
-        if degree > MAX_COUPLING_DEGREE {
-            return Err(Error::Degree {
-                what: "the coupling of a mask",
-                degree,
-                limit: MAX_COUPLING_DEGREE,
-            });
-        }
+        check_degree(degree)?;
         // (2L+1) W_L = w_L0²
         let power: Vec<f64> = mask.zonal(2 * degree)?.iter().map(|w| w * w).collect();
+        Ok(Self::of_powers(&power, degree))
+    }
+
+    /// The matrix M_ll′ of a mask of any shape, from its own average power W_L, L = 0, 1 …: what is
+    /// beyond L = 2 `degree` does not count, what is missing below it counts as 0.
+    ///
+    /// The cross power of two masks gives the coupling of the cross power of two masked fields.
+    ///
+    /// ```
+    /// use lobes::harmonics::{Coupling, Mask, Transform, average_power};
+    /// use lobes::sphere::Grid;
+    /// let grid = Grid::gauss_legendre(256, 512)?;
+    /// let mut mask = vec![1.0; grid.len()];
+    /// let soft = Mask::Apodised { inner: 0.8, outer: 1.6 };
+    /// soft.apply(&grid, &mut mask)?;
+    /// let power = average_power(&Transform::new(&grid, 40)?.analyse(&mask)?);
+    /// let (any, of_angle) = (Coupling::from_power(&power, 20)?, Coupling::new(soft, 20)?);
+    /// assert!((any.matrix() - of_angle.matrix()).amax() < 1e-6);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Degree`] beyond [`MAX_COUPLING_DEGREE`]; [`Error::Empty`] for no power at all,
+    /// [`Error::NotFinite`] where one is not finite.
+    pub fn from_power(mask: &[f64], degree: usize) -> Result<Self> {
+        check_degree(degree)?;
+        check_finite("the power of the mask", mask)?;
+        if mask.is_empty() {
+            return Err(Error::Empty {
+                what: "the coupling of a mask",
+                needs: "the mask's power",
+            });
+        }
+        let mut power = vec![0.0; 2 * degree + 1];
+        for (l, (power, w)) in power.iter_mut().zip(mask).enumerate() {
+            *power = (2 * l + 1) as f64 * w;
+        }
+        Ok(Self::of_powers(&power, degree))
+    }
+
+    /// From (2L+1) W_L, L = 0 … 2 degree.
+    fn of_powers(power: &[f64], degree: usize) -> Self {
         let mut matrix = DMatrix::zeros(degree + 1, degree + 1);
         for l in 0..=degree {
             for other in 0..=l {
@@ -170,7 +207,7 @@ impl Coupling {
                 matrix[(other, l)] = sum * (2 * l + 1) as f64 / (4.0 * PI);
             }
         }
-        Ok(Self { matrix })
+        Self { matrix }
     }
 
     /// M_ll′: row l of the masked field, column l′ of the whole.
@@ -224,23 +261,43 @@ impl Coupling {
         edges: &[usize],
         shape: impl Fn(usize) -> f64,
     ) -> Result<Vec<f64>> {
+        self.decouple_weighted(masked, edges, orders, shape)
+    }
+
+    /// As [`decouple`](Self::decouple), the masked power of a band being the mean under `weights(l)`
+    /// of that of its degrees: NaMaster's bandpowers. Those of `decouple` are 2l + 1.
+    ///
+    /// ```
+    /// use lobes::harmonics::{Coupling, Mask};
+    /// let cap = Coupling::new(Mask::Cap { radius: 1.5 }, 11)?;
+    /// let masked = cap.couple(&[2.0; 12])?;
+    /// for power in cap.decouple_weighted(&masked, &[0, 4, 8, 12], |_| 1.0, |_| 1.0)? {
+    ///     assert!((power - 2.0).abs() < 1e-13);
+    /// }
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`decouple`](Self::decouple); [`Error::Domain`] for weights that are negative, not
+    /// finite or zero throughout a band.
+    pub fn decouple_weighted(
+        &self,
+        masked: &[f64],
+        edges: &[usize],
+        weights: impl Fn(usize) -> f64,
+        shape: impl Fn(usize) -> f64,
+    ) -> Result<Vec<f64>> {
         check_length("the power", self.degree() + 1, masked.len())?;
         check_finite("the power", masked)?;
-        let matrix = self.of_bands(edges, &shape)?;
+        let matrix = self.of_bands(edges, &weights, &shape)?;
         let condition = condition(&matrix);
-        let right = DVector::from_fn(matrix.nrows(), |row, _| mean(edges, row, |l| masked[l]));
+        let right = DVector::from_fn(matrix.nrows(), |row, _| {
+            mean(edges, row, &weights, |l| masked[l])
+        });
         let solution = (condition <= MAX_CONDITION).then(|| matrix.lu().solve(&right));
         match solution.flatten() {
             Some(power) => Ok(power.data.into()),
-            None => Err(Error::IllConditioned {
-                what: "undoing the coupling of these bands of degrees by the mask",
-                condition,
-                limit: MAX_CONDITION,
-                remedy: format!(
-                    "take bands of {} degrees, or wider, or a larger mask",
-                    self.narrowest_bands(shape)?
-                ),
-            }),
+            None => Err(self.too_narrow(condition, shape)),
         }
     }
 
@@ -252,7 +309,50 @@ impl Coupling {
     /// # Errors
     /// [`Error::Domain`], as for [`decouple`](Self::decouple).
     pub fn condition(&self, edges: &[usize], shape: impl Fn(usize) -> f64) -> Result<f64> {
-        Ok(condition(&self.of_bands(edges, &shape)?))
+        Ok(condition(&self.of_bands(edges, &orders, &shape)?))
+    }
+
+    /// What [`decouple_weighted`](Self::decouple_weighted) gives in the mean of a field whose power
+    /// is 1 at one degree and 0 at the others: a row for each band, a column for each degree. With a
+    /// power of any other form within bands, the product with it is what the bands are to be
+    /// compared with.
+    ///
+    /// ```
+    /// use lobes::harmonics::{Coupling, Mask};
+    /// let cap = Coupling::new(Mask::Cap { radius: 1.5 }, 11)?;
+    /// let windows = cap.windows(&[0, 4, 8, 12], |_| 1.0, |_| 1.0)?;
+    /// assert!((windows.row(1).sum() - 1.0).abs() < 1e-13);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`decouple_weighted`](Self::decouple_weighted).
+    pub fn windows(
+        &self,
+        edges: &[usize],
+        weights: impl Fn(usize) -> f64,
+        shape: impl Fn(usize) -> f64,
+    ) -> Result<DMatrix<f64>> {
+        let matrix = self.of_bands(edges, &weights, &shape)?;
+        let condition = condition(&matrix);
+        let right = DMatrix::from_fn(matrix.nrows(), self.degree() + 1, |row, column| {
+            mean(edges, row, &weights, |l| self.matrix[(l, column)])
+        });
+        let solution = (condition <= MAX_CONDITION).then(|| matrix.lu().solve(&right));
+        solution
+            .flatten()
+            .map_or_else(|| Err(self.too_narrow(condition, shape)), Ok)
+    }
+
+    /// The error that says which bands a mask bears.
+    fn too_narrow(&self, condition: f64, shape: impl Fn(usize) -> f64) -> Error {
+        let width = self.narrowest_bands(shape).unwrap_or(self.degree() + 1);
+        Error::IllConditioned {
+            what: "undoing the coupling of these bands of degrees by the mask",
+            condition,
+            limit: MAX_CONDITION,
+            remedy: format!("take bands of {width} degrees, or wider, or a larger mask"),
+        }
     }
 
     /// The width of the narrowest bands, equally wide and from degree 0 on, whose
@@ -282,7 +382,12 @@ impl Coupling {
     }
 
     /// The coupling of the bands' unknowns with the means over the bands of the masked power.
-    fn of_bands(&self, edges: &[usize], shape: &dyn Fn(usize) -> f64) -> Result<DMatrix<f64>> {
+    fn of_bands(
+        &self,
+        edges: &[usize],
+        weights: &dyn Fn(usize) -> f64,
+        shape: &dyn Fn(usize) -> f64,
+    ) -> Result<DMatrix<f64>> {
         let ascending = edges.windows(2).all(|pair| pair[0] < pair[1]);
         let last = edges.last().copied().unwrap_or(0);
         if !ascending || edges.len() < 2 || last > self.degree() + 1 {
@@ -293,19 +398,24 @@ impl Coupling {
             });
         }
         for pair in edges.windows(2) {
-            let values = || (pair[0]..pair[1]).map(shape);
-            let wrong = values().find(|value| !(*value >= 0.0 && value.is_finite()));
-            if let Some(value) = wrong.or((values().sum::<f64>() == 0.0).then_some(0.0)) {
-                return Err(Error::Domain {
-                    what: "the shape of the power within a band",
-                    value,
-                    allowed: "finite, at least 0, and above 0 at some degree of each band",
-                });
+            for (what, of) in [
+                ("the shape of the power within a band", shape),
+                ("the weight of a degree within a band", weights),
+            ] {
+                let values = || (pair[0]..pair[1]).map(of);
+                let wrong = values().find(|value| !(*value >= 0.0 && value.is_finite()));
+                if let Some(value) = wrong.or((values().sum::<f64>() == 0.0).then_some(0.0)) {
+                    return Err(Error::Domain {
+                        what,
+                        value,
+                        allowed: "finite, at least 0, and above 0 at some degree of each band",
+                    });
+                }
             }
         }
         let bands = edges.len() - 1;
         Ok(DMatrix::from_fn(bands, bands, |row, column| {
-            mean(edges, row, |l| {
+            mean(edges, row, weights, |l| {
                 (edges[column]..edges[column + 1])
                     .map(|other| self.matrix[(l, other)] * shape(other))
                     .sum()
@@ -314,15 +424,36 @@ impl Coupling {
     }
 }
 
-/// The mean over a band, each degree weighted by its number of orders.
-fn mean(edges: &[usize], band: usize, of: impl Fn(usize) -> f64) -> f64 {
-    let (mut sum, mut weight) = (0.0, 0.0);
-    for l in edges[band]..edges[band + 1] {
-        let orders = (2 * l + 1) as f64;
-        sum += orders * of(l);
-        weight += orders;
+fn check_degree(degree: usize) -> Result<()> {
+    if degree > MAX_COUPLING_DEGREE {
+        return Err(Error::Degree {
+            what: "the coupling of a mask",
+            degree,
+            limit: MAX_COUPLING_DEGREE,
+        });
     }
-    sum / weight
+    Ok(())
+}
+
+/// How many orders a degree has.
+fn orders(l: usize) -> f64 {
+    (2 * l + 1) as f64
+}
+
+/// The weighted mean over a band.
+fn mean(
+    edges: &[usize],
+    band: usize,
+    weights: impl Fn(usize) -> f64,
+    of: impl Fn(usize) -> f64,
+) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for l in edges[band]..edges[band + 1] {
+        let weight = weights(l);
+        sum += weight * of(l);
+        total += weight;
+    }
+    sum / total
 }
 
 /// ‖R⁻¹‖ in the maximum norm, R the matrix with rows scaled to a sum of 1. Its elements are not

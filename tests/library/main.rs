@@ -13,6 +13,7 @@ mod harmonics_adjoint;
 mod harmonics_complex;
 mod harmonics_field;
 mod harmonics_healpix;
+mod harmonics_masks;
 mod harmonics_partial;
 mod harmonics_wigner;
 mod illumination;
