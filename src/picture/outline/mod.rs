@@ -30,8 +30,9 @@ const SMALL: usize = 160;
 /// In linear radiance, where the picture's border is of one value, as renderers leave it, what
 /// differs from that value is the sphere, and a circle is fitted to its outline, of which a part
 /// may be as dark as the background. Else it is the roundest edge in the picture; with it come the
-/// other round things that may be spheres too. In codes the roundest edge comes first: JPEG rings
-/// about what stands before a white wall, and throws shadows on it, which differ from it too.
+/// other round things that may be spheres too. In codes the roundest edge comes before silhouettes
+/// that are not whole discs: JPEG rings about what stands before a white wall, and shadows fall on
+/// it, which differ from it too.
 ///
 /// # Errors
 /// A picture that is too small, or in which no circle is to be seen.
@@ -46,9 +47,9 @@ pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
         });
     }
     let fine = || Reduced::of(picture, side.div_ceil(FINE));
-    if !picture.is_encoded() {
+    if plain::has_a_border_of_one_value(picture) {
         let fine = fine();
-        if let Some(circle) = plain::before_one_value(&fine) {
+        if let Some(circle) = plain::before_one_value(&fine, !picture.is_encoded()) {
             return Ok((circle.times(fine.scale as f64), Vec::new()));
         }
     }
@@ -187,6 +188,29 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// A mirror that fills the picture, in codes, before black: what it mirrors is rounder than its
+    /// outline, of which the border hides most.
+    #[test]
+    fn finds_a_mirror_that_fills_a_rendered_picture() {
+        let truth = Circle {
+            x: 64.0,
+            y: 64.0,
+            radius: 64.0,
+        };
+        let mirrored = |u: f64, v: f64| {
+            let ring = (u - 0.02).hypot(v - 0.03);
+            if ring < 0.94 { 0.6 - 0.3 * v } else { 0.05 }
+        };
+        let pixels = ball(128, 128, truth, mirrored, |_, _| 0.0);
+        let codes = pixels
+            .iter()
+            .map(|rgb| rgb.map(crate::files::srgb8_of_linear));
+        let bytes: Vec<u8> = codes.flatten().collect();
+        let picture = Picture::from_srgb8(128, 128, bytes).unwrap();
+        let (found, _) = find(&picture).unwrap();
+        assert!(error(found, truth) < 0.01 * 64.0, "{found:?}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::Circle;
 use super::fit::{least_squares, through};
 use super::rays::Rays;
 use super::reduced::{Reduced, even};
+use crate::picture::Picture;
 
 /// The least differences from the background that are looked for in codes of 8 bits, as steps of
 /// one: noise, JPEG's ringing and shadows hide what differs by less.
@@ -15,8 +16,7 @@ const LEVELS: [f64; 5] = [2.5, 5.0, 10.0, 20.0, 40.0];
 const CODE: f64 = 0.004;
 
 /// The border of a picture, pixel by pixel; those in its corners come twice.
-fn border(picture: &Reduced) -> impl Iterator<Item = usize> {
-    let (width, height) = (picture.width, picture.height);
+fn border(width: usize, height: usize) -> impl Iterator<Item = usize> {
     (0..width)
         .flat_map(move |x| [x, (height - 1) * width + x])
         .chain((0..height).flat_map(move |y| [y * width, y * width + width - 1]))
@@ -25,22 +25,40 @@ fn border(picture: &Reduced) -> impl Iterator<Item = usize> {
 /// The middle value of the border: a background's, if half of the border is of it. A sphere that
 /// fills the picture takes up √(1/r) of the border, an eighth at r = 64.
 fn background(picture: &Reduced) -> [f64; 3] {
+    let border = border(picture.width, picture.height);
+    middle(&border.map(|i| picture.values[i]).collect::<Vec<_>>())
+}
+
+fn middle(values: &[[f64; 3]]) -> [f64; 3] {
     std::array::from_fn(|c| {
-        let mut values: Vec<f64> = border(picture).map(|i| picture.values[i][c]).collect();
+        let mut values: Vec<f64> = values.iter().map(|rgb| rgb[c]).collect();
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     })
 }
 
+/// Whether half of a picture's border is of one value.
+pub(super) fn has_a_border_of_one_value(picture: &Picture) -> bool {
+    let border = border(picture.width(), picture.height());
+    let values: Vec<[f64; 3]> = border.map(|i| picture.pixels.at(i)).collect();
+    let middle = middle(&values);
+    let same = |rgb: &&[f64; 3]| (0..3).all(|c| (rgb[c] - middle[c]).abs() <= 1e-6 * middle[c]);
+    2 * values.iter().filter(same).count() >= values.len()
+}
+
 /// Whether at most one in `most` pixels of the border differs from the background.
 fn is_plain(picture: &Reduced, differs: &[bool], most: usize) -> bool {
-    let off = border(picture).filter(|i| differs[*i]).count();
+    let border = border(picture.width, picture.height);
+    let off = border.filter(|i| differs[*i]).count();
     most * off <= 2 * (picture.width + picture.height)
 }
 
-/// The sphere before a background of one value in linear radiance, where there is such a
-/// background and what stands before it is a disc or a part of one.
-pub(super) fn before_one_value(picture: &Reduced) -> Option<Circle> {
+/// The sphere before a background of one value, where there is such a background and what stands
+/// before it is a disc; or, `in_part`, a part of one.
+///
+/// Light that was rendered is darker than any background in part only, but in codes what JPEG adds
+/// about a ball, and its shadow, look like a part of a disc too.
+pub(super) fn before_one_value(picture: &Reduced, in_part: bool) -> Option<Circle> {
     let background = background(picture);
     let values = picture.values.iter().flatten();
     let slack = 1e-9 * values.fold(0.0, |a: f64, &b| a.max(b));
@@ -54,6 +72,25 @@ pub(super) fn before_one_value(picture: &Reduced) -> Option<Circle> {
         return None;
     }
     disc(&differs, picture.width)
+        .filter(|circle| in_part || is_whole(&differs, picture.width, *circle))
+}
+
+/// Whether nineteen of twenty pixels next to a circle differ within it, and one in fifty outside.
+fn is_whole(differs: &[bool], width: usize, circle: Circle) -> bool {
+    let reach = 1.0 + 0.04 * circle.radius;
+    let (mut inside, mut outside) = ([0usize; 2], [0usize; 2]);
+    for (i, differs) in differs.iter().enumerate() {
+        let off = circle.outside(((i % width) as f64 + 0.5, (i / width) as f64 + 0.5));
+        let count = if off < -1.0 {
+            &mut inside
+        } else {
+            &mut outside
+        };
+        if off.abs() > 1.0 && off.abs() < reach {
+            count[usize::from(*differs)] += 1;
+        }
+    }
+    inside[1] >= 19 * inside[0] && 49 * outside[1] <= outside[0]
 }
 
 /// The sphere before a background of one value in codes: of the discs of what differs by more and
