@@ -19,10 +19,13 @@ use crate::{error, interrupt, is_record, parallelism, record};
 /// The most cameras for each light: more are not told apart.
 const MOST_CAMERAS: usize = 4096;
 
+/// The most rows of a map of light.
+const MOST_ROWS: usize = 1024;
+
 /// A picture that a sphere is in.
 #[pyclass(frozen, eq, module = "lobes")]
 #[derive(PartialEq)]
-pub(crate) struct Picture(Arc<picture::Picture>);
+pub(crate) struct Picture(pub(crate) Arc<picture::Picture>);
 
 #[pymethods]
 impl Picture {
@@ -549,6 +552,52 @@ impl FinishReader {
                 saturated,
             ),
         )
+    }
+
+    /// The light about the ball and its standard deviation: two lat-long maps (rows, 2 rows, 3), in
+    /// the camera's frame: it stands towards +z, +y is up, and the centre column looks along −z.
+    ///
+    /// It is averaged over what the ball may be made of, as `read` says of it, so that the deviation
+    /// holds what is not known of σ, of the specular share and of the base colour too. Up to the
+    /// exposure. The mean swings below 0 about lamps.
+    #[pyo3(signature = (picture, circle=None, rows=128, threads=true))]
+    fn light<'py>(
+        &self,
+        py: Python<'py>,
+        picture: &Bound<'py, Picture>,
+        circle: Option<&Bound<'py, PyAny>>,
+        rows: usize,
+        threads: bool,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+        if !(2..=MOST_ROWS).contains(&rows) {
+            return Err(PyValueError::new_err(format!(
+                "the number of rows is {rows}, which is not from 2 to {MOST_ROWS}"
+            )));
+        }
+        let (both, picture) = (Arc::clone(&self.0), Arc::clone(&picture.get().0));
+        let circle = circle
+            .map(|circle| numbers(circle, "the circle"))
+            .transpose()?;
+        let (mean, deviation) = interrupt::run(py, move || {
+            let (reader, model) = &*both;
+            let circle = match circle {
+                Some([x, y, radius]) => Circle { x, y, radius },
+                None => picture.circle()?,
+            };
+            let sphere = picture.sphere(circle)?;
+            let verdict = model.verdict(&reader.of_sphere(&picture, circle, &sphere)?)?;
+            let quantity = inference::LightQuantity::Radiance;
+            let light = inference::BallLightReader::of_image(&sphere.image, quantity)?;
+            let reflectances = verdict.possible_reflectances();
+            let light = light.read(&sphere.image, &reflectances, parallelism(threads))?;
+            light.lat_long(rows)
+        })?
+        .map_err(error)?;
+        let shape = [rows, 2 * rows, 3];
+        Ok((
+            shaped(py, &shape, mean.into_flattened())?,
+            shaped(py, &shape, deviation.into_flattened())?,
+        ))
     }
 
     fn __repr__(&self) -> String {

@@ -6,11 +6,13 @@
 mod arrays;
 mod classify;
 mod coefficients;
+mod evaluation;
 mod harmonics;
 mod illumination;
 mod interrupt;
 mod light_tree;
 mod operator;
+mod probe;
 mod reflectance;
 mod reflection;
 mod spectrum;
@@ -47,6 +49,9 @@ fn pythonic(sentence: &str) -> String {
         .replace("--mapping", "mapping")
         .replace("--circle x,y,r", "circle=(x, y, radius)")
         .replace("--circle", "circle=(x, y, radius)")
+        .replace("--exposures", "exposures")
+        .replace(", with --rows", "")
+        .replace("--rows", "rows")
         .replace("Material::", "Material.")
 }
 
@@ -93,6 +98,8 @@ mod _lobes {
     #[pymodule_export]
     use super::classify::{FinishReader, Model, Picture, Training};
     #[pymodule_export]
+    use super::evaluation::evaluate;
+    #[pymodule_export]
     use super::harmonics::{
         Rotation, Transform, analyse_at, basis, basis_gradients, from_harmonic, gradients_at,
         synthesise_at, synthesise_at_adjoint, to_harmonic, wigner_d, wigner_rotation,
@@ -107,6 +114,8 @@ mod _lobes {
     use super::light_tree::{GgxMaterial, LightTree};
     #[pymodule_export]
     use super::operator::Operator;
+    #[pymodule_export]
+    use super::probe::probe;
     #[pymodule_export]
     use super::reflectance::{
         Lobe, Material, fit_lobe, lambert, presets, read_csv, read_merl, recover_kernel,

@@ -182,6 +182,12 @@ GOOD = {
         (["a"], ["b"], np.zeros((1, 3), np.uint64), np.zeros((1, 2)), np.zeros((1, 4)), np.zeros((1, 2)), 0.1),
     ),
     "Model": (lobes.Model, (None, False)),
+    "evaluate": (lobes.evaluate, (LIGHT, LIGHT, "recommended", 8, False)),
+    "probe": (
+        lobes.probe,
+        ([lobes.Picture(np.ones((40, 40, 3)))], [1.0], (20.0, 20.0, 15.0), 8.0, [0.6] * 3, 10.0, 8, False),
+    ),
+    "FinishReader.light": (lobes.FinishReader().light, (lobes.Picture(np.ones((40, 40, 3))), (20.0, 20.0, 15.0), 8, False)),
     "FinishReader.read": (lobes.FinishReader().read, (lobes.Picture(np.ones((40, 40, 3))), (20.0, 20.0, 15.0))),
 }
 WITHOUT_ARGUMENTS = {"FinishReader", "Material", "builtin", "presets", "vectors", "Material.white", "EnvironmentMap.mean", "Picture.circle"}

@@ -130,3 +130,55 @@ def test_the_finish_of_a_ball():
         assert verdict == pickle.loads(pickle.dumps(verdict)) == reader.read(picture, verdict.circle)
     with pytest.raises(ValueError, match="leaves the picture"):
         reader.read(picture, (SIZE, SIZE, SIZE))
+
+
+def test_the_light_about_a_ball():
+    light = lobes.builtin()[10]
+    picture = lobes.Picture(lobes.Renderer(light).render(lobes.presets()[7], size=SIZE, tolerance=1e-2))
+    mean, deviation = lobes.FinishReader().light(picture, rows=32)
+    assert mean.shape == deviation.shape == (32, 64, 3)
+    assert np.all(deviation >= 0)
+    # The ball mirrors nearly all round, to a factor that its base colour leaves open.
+    truth = light.resampled(32).pixels
+    behind = deviation[16, 32, 1] / deviation[16, 0, 1]
+    assert behind > 1
+    for channel in range(3):
+        found, expected = np.cbrt(mean[..., channel].ravel()), np.cbrt(truth[..., channel].ravel())
+        assert np.corrcoef(found, expected)[0, 1] > 0.6
+    for wrong in (0, 1, 1025):
+        with pytest.raises(ValueError, match="rows"):
+            lobes.FinishReader().light(picture, rows=wrong)
+
+
+def test_a_mirror_ball_is_unwrapped():
+    light = lobes.builtin()[3]
+    mirror = lobes.Material.from_albedos("mirror", [0.0] * 3, [0.5] * 3, 0.0)
+    rendering = lobes.Renderer(light).render(mirror, size=256, tolerance=1e-2, pixel_samples=4)
+    picture = lobes.Picture(rendering.pixels)
+    pixels, alpha = lobes.probe([picture], [1.0], (128.0, 128.0, 128.0), reflectance=[0.5] * 3, rows=32)
+    assert pixels.shape == (32, 64, 3) and alpha.shape == (32, 64)
+    truth = light.resampled(32).pixels
+    seen = alpha > 0.9
+    assert seen.mean() > 0.8
+    assert np.median(np.abs(pixels[seen] / truth[seen] - 1)) < 0.1
+    with pytest.raises(ValueError, match="rows"):
+        lobes.probe([picture], rows=1)
+    with pytest.raises(ValueError, match="exposures"):
+        lobes.probe([picture], [1.0, 2.0])
+    with pytest.raises(ValueError, match="photograph"):
+        lobes.probe([])
+
+
+def test_an_estimate_of_light_is_judged():
+    truth = lobes.builtin()[3].resampled(64)
+    errors = lobes.evaluate(truth, truth, size=32)
+    assert set(errors["light"]) == {"peak-direction", "sun-direction", "irradiance", "exposure"}
+    assert len(errors) == 4 and all(abs(value) < 1e-5 for ball in errors.values() for value in ball.values())
+    darker = lobes.EnvironmentMap(0.5 * truth.pixels)
+    assert lobes.evaluate(truth, darker, size=32)["light"]["exposure"] == pytest.approx(-1, abs=1e-9)
+    with pytest.raises(ValueError, match="by"):
+        lobes.evaluate(truth, truth.resampled(32))
+    with pytest.raises(ValueError, match="stylelight"):
+        lobes.evaluate(truth, truth, preset="nothing")
+    with pytest.raises(ValueError, match="size"):
+        lobes.evaluate(truth, truth, size=0)

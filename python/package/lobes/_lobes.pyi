@@ -17,6 +17,7 @@ _Continuation = Literal["mirror", "half-turn", "zero", "antipodal"]
 _Mapping = Literal["lat-long", "angular-map", "mirror-ball", "vertical-cross", "horizontal-cross"]
 _Normalisation = Literal["orthonormal", "four-pi", "schmidt"]
 _Phase = Literal["plain", "condon-shortley"]
+_Preset = Literal["recommended", "grid", "stylelight", "diffusionlight", "matte-balls"]
 _Order = Literal["by-order", "by-degree"]
 # Arrays that mean coefficients: `Coefficients`, or arrays of all orders.
 _Sets = Coefficients | ArrayLike
@@ -50,6 +51,7 @@ __all__ = [
     "deconvolve_zonal",
     "encode_exr",
     "encode_png",
+    "evaluate",
     "features",
     "fit_lobe",
     "fit_power_law",
@@ -62,6 +64,7 @@ __all__ = [
     "laplacian",
     "linear_of_srgb",
     "presets",
+    "probe",
     "random_field",
     "read_csv",
     "read_linear",
@@ -466,3 +469,20 @@ class Model:
 class FinishReader:
     def __new__(cls) -> FinishReader: ...
     def read(self, picture: Picture, circle: ArrayLike | None = None) -> FinishVerdict: ...
+    def light(
+        self, picture: Picture, circle: ArrayLike | None = None, rows: int = 128, threads: bool = True
+    ) -> tuple[_Doubles, _Doubles]: ...
+
+def evaluate(
+    truth: EnvironmentMap, estimate: EnvironmentMap, preset: _Preset = "recommended", size: int = 64, threads: bool = True
+) -> dict[str, dict[str, float]]: ...
+def probe(
+    pictures: Sequence[Picture],
+    exposures: Sequence[float] | None = None,
+    circle: ArrayLike | None = None,
+    distance: float | None = None,
+    reflectance: ArrayLike | None = None,
+    photographer: float = 0.0,
+    rows: int = 128,
+    threads: bool = True,
+) -> tuple[_Doubles, _Doubles]: ...
