@@ -16,4 +16,4 @@ def test_the_readme_runs(piece, tmp_path, monkeypatch):
 
 
 def test_there_are_some():
-    assert len(PIECES) == 5
+    assert len(PIECES) == 6

@@ -3,7 +3,7 @@
 use super::finish::FinishVerdict;
 use super::light_posterior::ChannelReflectance;
 use crate::illumination::Luminance;
-use crate::reflectance::Finish;
+use crate::reflectance::{Finish, Material};
 
 /// One of the reflectances that a ball may have: a point of a quadrature over their posterior.
 ///
@@ -29,6 +29,22 @@ pub struct PossibleReflectance {
 }
 
 impl PossibleReflectance {
+    /// The only one there is, that of a material.
+    ///
+    /// ```
+    /// use lobes::inference::PossibleReflectance;
+    /// use lobes::reflectance::presets;
+    /// let gold = PossibleReflectance::of_material(&presets()[6]);
+    /// assert_eq!(gold.channels[2].specular, presets()[6].specular()[2]);
+    /// ```
+    pub fn of_material(material: &Material) -> Self {
+        Self::known([0, 1, 2].map(|channel| ChannelReflectance {
+            diffuse: material.diffuse()[channel],
+            specular: material.specular()[channel],
+            sigma: material.roughness().sigma(),
+        }))
+    }
+
     /// The only one there is.
     pub fn known(channels: [ChannelReflectance; 3]) -> Self {
         Self {
