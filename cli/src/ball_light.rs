@@ -6,21 +6,18 @@ use crate::error::Result;
 use crate::output;
 use lobes::Parallelism;
 use lobes::files::{self, Precision, encode_exr};
-use lobes::inference::{BallLightReader, LightQuantity, PossibleReflectance};
-use lobes::reflectance::Material;
+use lobes::inference::{BallLightReader, FinishVerdict, LightQuantity};
 use lobes::reflection::SphereImage;
 
 /// Rows of the maps.
 const HEIGHT: usize = 128;
 
-/// Writes the light that an image shows of a ball of a known material, and its standard deviation
-/// beside it, as lat-long maps in the camera's frame: it stands towards +z, +y is up, and the
-/// centre column looks along −z.
-pub(super) fn write(path: &Path, image: &SphereImage, material: &Material) -> Result<()> {
+/// Writes the light that an image shows of a ball, averaged over what it may be made of, and its
+/// standard deviation beside it, as lat-long maps in the camera's frame: it stands towards +z, +y
+/// is up, and the centre column looks along −z.
+pub(super) fn write(path: &Path, image: &SphereImage, finish: &FinishVerdict) -> Result<()> {
     let reader = BallLightReader::of_image(image, LightQuantity::Radiance)?;
-    // Averaged over all that it may be made of, the mean is worse: docs/explanation/light.md.
-    let reflectance = PossibleReflectance::of_material(material);
-    let light = reader.read(image, &[reflectance], Parallelism::Rayon)?;
+    let light = reader.read(image, &finish.possible_reflectances(), Parallelism::Rayon)?;
     let (mut mean, deviation) = light.lat_long(HEIGHT)?;
     // The mean swings below 0 about sharp lamps, and no light does.
     for value in mean.as_flattened_mut() {

@@ -14,7 +14,15 @@ use std::time::Instant;
 use lobes::illumination::builtin;
 use lobes::inference::FinishModel;
 use lobes::{Parallelism, Result};
-use lobes_experiments::{LightShots, learned_and_judged, light_coverage};
+use lobes_experiments::{
+    LightLikeness, LightShots, ReflectanceKnowledge, learned_and_judged, light_coverage,
+};
+
+const KNOWLEDGES: [(&str, ReflectanceKnowledge); 3] = [
+    ("read", ReflectanceKnowledge::Averaged),
+    ("likeliest", ReflectanceKnowledge::Likeliest),
+    ("told", ReflectanceKnowledge::Told),
+];
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().collect();
@@ -48,33 +56,44 @@ fn main() -> Result<()> {
             start.elapsed().as_secs_f64()
         );
         println!(
-            "| finish | radiance held | irradiance held | irradiance off, half width | told: radiance | irradiance | off, half width |"
+            "| finish | reflectance | radiance held | irradiance held | irradiance off, half width | likeness, least |"
         );
-        println!("| --- | ---: | ---: | ---: | ---: | ---: | ---: |");
+        println!("| --- | --- | ---: | ---: | ---: | ---: |");
         for of in &all {
-            let mut line = format!("| {} |", of.finish.name());
-            for told in 0..2 {
+            for (name, known) in KNOWLEDGES {
+                let mut line = format!("| {} | {name} |", of.finish.name());
                 for quantity in 0..2 {
-                    let shares = of.by_map.iter().map(|map| map[quantity][told].share());
+                    let shares = of.by_map.iter();
+                    let shares = shares.map(|map| map[quantity][known as usize].share());
                     let (low, high) = shares.fold((1.0, 0.0), |(low, high), share| {
                         (f64::min(low, share), f64::max(high, share))
                     });
                     line += &format!(
                         " {:.0} % ({:.0} – {:.0}) |",
-                        100.0 * of.held(quantity, told).share(),
+                        100.0 * of.held(quantity, known).share(),
                         100.0 * low,
                         100.0 * high
                     );
                 }
-                let median = |which: usize| {
+                let sorted = |which: fn(&LightLikeness) -> f64| {
+                    let balls = of.balls.iter();
                     let mut values: Vec<f64> =
-                        of.irradiance.iter().map(|ball| ball[told][which]).collect();
+                        balls.map(|ball| which(&ball[known as usize])).collect();
                     values.sort_by(f64::total_cmp);
-                    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+                    values
                 };
-                line += &format!(" {:.1} %, {:.1} % |", 100.0 * median(0), 100.0 * median(1));
+                let median =
+                    |values: &[f64]| values.get(values.len() / 2).copied().unwrap_or(f64::NAN);
+                let likeness = sorted(|like| like.correlation);
+                line += &format!(
+                    " {:.1} %, {:.1} % | {:.2}, {:.2} |",
+                    100.0 * median(&sorted(|like| like.irradiance_error)),
+                    100.0 * median(&sorted(|like| like.irradiance_width)),
+                    median(&likeness),
+                    likeness.first().copied().unwrap_or(f64::NAN)
+                );
+                println!("{line}");
             }
-            println!("{line}");
         }
     }
     Ok(())

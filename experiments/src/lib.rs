@@ -34,7 +34,9 @@ pub use finishes::{
 };
 pub use harness::{Harness, Method};
 pub use interval::{mcnemar, wilson};
-pub use light_coverage::{Held, LightCoverage, LightShots, light_coverage};
+pub use light_coverage::{
+    Held, LightCoverage, LightLikeness, LightShots, ReflectanceKnowledge, light_coverage,
+};
 pub use nearest::{NearestNeighbour, Scaling};
 pub use protocol::Protocol;
 pub use simulation::{Nuisances, SimulatedPhotograph, Thing, simulate, simulate_thing};

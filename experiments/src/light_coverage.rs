@@ -56,19 +56,43 @@ pub struct LightCoverage {
     /// The finish.
     pub finish: Finish,
     /// By map: the radiance from where the ball mirrors, to the reader's degree, and the irradiance at
-    /// the normals that the camera sees; the reflectance not told, and told.
-    pub by_map: Vec<[[Held; 2]; 2]>,
-    /// Of each ball, the median over the normals and channels of |mean − truth|/truth of the
-    /// irradiance, and of 1.645 deviations over the truth; the reflectance not told, and told.
-    pub irradiance: Vec<[[f64; 2]; 2]>,
+    /// the normals that the camera sees; for each of [`ReflectanceKnowledge`].
+    pub by_map: Vec<[[Held; KNOWLEDGES]; 2]>,
+    /// Of each ball, for each of [`ReflectanceKnowledge`].
+    pub balls: Vec<[LightLikeness; KNOWLEDGES]>,
+}
+
+/// What is known of the reflectance of a ball that light is read off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReflectanceKnowledge {
+    /// What was read off the picture: the light is averaged over that.
+    Averaged,
+    /// The likeliest of what was read.
+    Likeliest,
+    /// All.
+    Told,
+}
+
+const KNOWLEDGES: usize = 3;
+
+/// How much light that was read off one ball is like the truth.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LightLikeness {
+    /// The correlation of the cube roots of mean and truth of the radiance, over directions and
+    /// channels: 1 for the truth at any exposure.
+    pub correlation: f64,
+    /// The median over normals and channels of |mean − truth|/truth of the irradiance.
+    pub irradiance_error: f64,
+    /// The median of 1.645 deviations over the truth.
+    pub irradiance_width: f64,
 }
 
 impl LightCoverage {
-    /// What is held of all maps: radiance or irradiance, the reflectance not told or told.
-    pub fn held(&self, quantity: usize, told: usize) -> Held {
+    /// What is held of all maps: radiance or irradiance.
+    pub fn held(&self, quantity: usize, known: ReflectanceKnowledge) -> Held {
         let mut sum = Held::default();
         for map in &self.by_map {
-            let part = map[quantity][told];
+            let part = map[quantity][known as usize];
             sum.held += part.held;
             sum.count += part.count;
         }
@@ -120,7 +144,8 @@ pub fn light_coverage(
         let mut rng = Pcg64::seed_from_u64(seed);
         let mut counts = Vec::new();
         for finish in Finish::ALL {
-            let (mut held, mut errors) = ([[Held::default(); 2]; 2], Vec::new());
+            let mut held = [[Held::default(); KNOWLEDGES]; 2];
+            let mut balls = Vec::new();
             for _ in 0..shots.balls {
                 let shot = Shot::draw(&renderer, finish, shots.unclipped, &mut rng)?;
                 let picture = shot.picture()?;
@@ -130,39 +155,39 @@ pub fn light_coverage(
                     Err(error) => return Err(error),
                 };
                 let image = picture.sphere(shot.circle())?.image;
-                let read = model.verdict(&portrait)?.possible_reflectances();
+                let verdict = model.verdict(&portrait)?;
+                let read = verdict.possible_reflectances();
+                let likeliest = verdict.likeliest_material("ball")?;
+                let likeliest = [PossibleReflectance::of_material(&likeliest)];
                 let told = [PossibleReflectance::known(shot.channels)];
-                let mut of_ball = [[0.0; 2]; 2];
+                let mut of_ball = [LightLikeness::default(); KNOWLEDGES];
                 for (quantity, reader) in readers.iter().enumerate() {
-                    for (which, points) in [&read[..], &told[..]].into_iter().enumerate() {
+                    let known = [&read[..], &likeliest, &told].into_iter().zip(&mut of_ball);
+                    for (which, (points, like)) in known.enumerate() {
                         let light = reader.read(&image, points, Parallelism::Sequential)?;
                         let maps = light.lat_long(ROWS)?;
-                        let held = &mut held[quantity][which];
-                        let relative = truth.judge(&maps, quantity, &shot, held)?;
-                        if quantity == 1 {
-                            of_ball[which] = relative;
-                        }
+                        truth.judge(&maps, quantity, &shot, &mut held[quantity][which], like)?;
                     }
                 }
-                errors.push(of_ball);
+                balls.push(of_ball);
             }
-            counts.push((finish, held, errors));
+            counts.push((finish, held, balls));
         }
         done();
         Ok(counts)
     });
     let mut all: Vec<LightCoverage> = Vec::new();
     for of_map in of_maps {
-        for (finish, held, errors) in of_map? {
+        for (finish, held, balls) in of_map? {
             match all.iter_mut().find(|of| of.finish == finish) {
                 Some(of) => {
                     of.by_map.push(held);
-                    of.irradiance.extend(errors);
+                    of.balls.extend(balls);
                 }
                 None => all.push(LightCoverage {
                     finish,
                     by_map: vec![held],
-                    irradiance: errors,
+                    balls,
                 }),
             }
         }
@@ -278,21 +303,22 @@ impl Truth {
         Ok(Self([radiance, irradiance]))
     }
 
-    /// Counts what intervals hold, and the medians of the relative error and the relative half
-    /// width.
+    /// Counts what intervals hold, and says how much the light is like the truth.
     fn judge(
         &self,
         (mean, deviation): &(Vec<[f64; 3]>, Vec<[f64; 3]>),
         quantity: usize,
         shot: &Shot,
         held: &mut Held,
-    ) -> Result<[f64; 2]> {
+        like: &mut LightLikeness,
+    ) -> Result<()> {
         let grid = Grid::lat_long(ROWS, 2 * ROWS)?;
         // Where the ball mirrors, short of its rim; and the normals that are seen.
         let behind: f64 = if quantity == 0 { -0.8 } else { 0.2 };
         let towards = shot.camera.towards();
         let (right, up) = (shot.camera.right(), shot.camera.up());
         let (mut errors, mut widths) = (Vec::new(), Vec::new());
+        let mut roots = Vec::new();
         for place in (0..grid.len()).step_by(STRIDE) {
             let (row, column) = (place / grid.columns(), place % grid.columns());
             let of_view = sphere::from_harmonic(grid.direction(row, column));
@@ -309,6 +335,7 @@ impl Truth {
                 let off = (mean[place][channel] - truth).abs();
                 let width = NINE_TENTHS * deviation[place][channel];
                 held.add(off <= width);
+                roots.push([mean[place][channel], truth].map(|value| value.max(0.0).cbrt()));
                 errors.push(off / truth.abs());
                 widths.push(width / truth.abs());
             }
@@ -317,6 +344,25 @@ impl Truth {
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
         };
-        Ok([median(&mut errors), median(&mut widths)])
+        if quantity == 0 {
+            like.correlation = correlation(&roots);
+        } else {
+            like.irradiance_error = median(&mut errors);
+            like.irradiance_width = median(&mut widths);
+        }
+        Ok(())
     }
+}
+
+/// Pearson's correlation of pairs.
+fn correlation(pairs: &[[f64; 2]]) -> f64 {
+    let n = pairs.len() as f64;
+    let mean = [0, 1].map(|i| pairs.iter().map(|pair| pair[i]).sum::<f64>() / n);
+    let moment = |i: usize, j: usize| -> f64 {
+        let products = pairs
+            .iter()
+            .map(|pair| (pair[i] - mean[i]) * (pair[j] - mean[j]));
+        products.sum()
+    };
+    moment(0, 1) / (moment(0, 0) * moment(1, 1)).sqrt()
 }

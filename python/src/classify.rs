@@ -557,9 +557,9 @@ impl FinishReader {
     /// The light about the ball and its standard deviation: two lat-long maps (rows, 2 rows, 3), in
     /// the camera's frame: it stands towards +z, +y is up, and the centre column looks along −z.
     ///
-    /// It is that of the likeliest reflectance, as `read` says of it, up to the exposure and that
-    /// reflectance, of whose own uncertainty the deviation knows nothing. The mean swings below 0
-    /// about lamps.
+    /// It is averaged over what the ball may be made of, given the likeliest finish that `read` says
+    /// of it, and its deviation holds what is not known of that; up to the exposure. The mean swings
+    /// below 0 about lamps.
     #[pyo3(signature = (picture, circle=None, rows=128, threads=true))]
     fn light<'py>(
         &self,
@@ -588,9 +588,8 @@ impl FinishReader {
             let verdict = model.verdict(&reader.of_sphere(&picture, circle, &sphere)?)?;
             let quantity = inference::LightQuantity::Radiance;
             let light = inference::BallLightReader::of_image(&sphere.image, quantity)?;
-            let material = verdict.likeliest_material("ball")?;
-            let reflectance = inference::PossibleReflectance::of_material(&material);
-            let light = light.read(&sphere.image, &[reflectance], parallelism(threads))?;
+            let possible = verdict.possible_reflectances();
+            let light = light.read(&sphere.image, &possible, parallelism(threads))?;
             light.lat_long(rows)
         })?
         .map_err(error)?;

@@ -3,7 +3,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::bright_lights::BrightLights;
-use super::evidence::natural_spectrum;
+use super::evidence::{log_sum_exp, natural_spectrum};
 use super::light_grid::{LightField, LightGrid};
 use super::light_posterior::{ChannelReflectance, LightReader, SeenLobe};
 use super::possible_reflectances::PossibleReflectance;
@@ -18,14 +18,16 @@ use crate::{Error, Parallelism, Result};
 /// Reads the light about a ball of which not even the reflectance is known for sure.
 ///
 /// Of each of the reflectances that the ball may have ([`PossibleReflectance`]) a [`LightReader`]
-/// says what the light is then, M_i with the variance V_i at a place. With w_i the probabilities,
-/// and s_i how much brighter the ball is than that reflectance, the mean and the variance are those
-/// of the mixture (the law of total variance),
+/// says what the light is then, M_i with the variance V_i at a place, and how likely the picture
+/// is, p_i, the light integrated out. With w_i ∝ p_i times what was thought of the reflectance
+/// before, and s_i how much brighter the ball is than that reflectance, the mean and the variance
+/// are those of the mixture (the law of total variance),
 ///
 /// E L = Σ w_i E(1/s_i) M_i,    Var L = Σ w_i E(1/s_i²) (V_i + M_i²) − (E L)².
 ///
 /// So the deviation holds what is not known of σ, of the specular share and of the base colour
-/// too. The light is a natural one, C_l = l^(−2.5), to degree [`Self::DEGREE`], and ν is that of
+/// too. Red, green and blue show much the same light, so that ln p_i is the mean of theirs, not the
+/// sum. The light is a natural one, C_l = l^(−2.5), to degree [`Self::DEGREE`], and ν is that of
 /// photographs of 8 bits.
 ///
 /// Operators are kept by σ from picture to picture. One reflectance takes some 60 ms of one core, of
@@ -87,6 +89,8 @@ pub struct BallLight {
     /// The mean of each channel in the view's frame: the radiance's coefficients, or those of the
     /// irradiance. The pole is towards the camera, azimuth 0 to the right of the picture.
     pub mean: [Coefficients; 3],
+    /// The posterior probability of each of the reflectances.
+    pub probabilities: Vec<f64>,
     /// The variance on the grid of the view's frame.
     variance: Vec<[f64; 3]>,
     rows: usize,
@@ -186,11 +190,18 @@ impl BallLightReader {
         let parts = parallelism.map(reflectances.len(), |i| {
             self.of_reflectance(&modes, &lights, &lobes[i], &reflectances[i].channels)
         });
+        let parts = parts.into_iter().collect::<Result<Vec<_>>>()?;
+        let logs = parts.iter().zip(reflectances);
+        let logs: Vec<f64> = logs
+            .map(|(part, of)| part.log_evidence + of.weight.ln())
+            .collect();
+        let whole = log_sum_exp(logs.iter().copied());
+        let probabilities: Vec<f64> = logs.iter().map(|log| (log - whole).exp()).collect();
         let mut mean = [(); 3].map(|()| Coefficients::zeros(Self::DEGREE));
         let mut squares = vec![[0.0; 3]; self.grid.rows() * self.grid.columns()];
-        for (part, of) in parts.into_iter().zip(reflectances) {
-            for (channel, (coefficients, field)) in part?.into_iter().enumerate() {
-                let [first, second] = of.inverse_scale[channel].map(|m| of.weight / total * m);
+        for ((part, of), probability) in parts.into_iter().zip(reflectances).zip(&probabilities) {
+            for (channel, (coefficients, field)) in part.channels.into_iter().enumerate() {
+                let [first, second] = of.inverse_scale[channel].map(|m| probability * m);
                 let sums = mean[channel].as_mut_slice().iter_mut();
                 for (sum, value) in sums.zip(coefficients.as_slice()) {
                     *sum += first * value;
@@ -211,6 +222,7 @@ impl BallLightReader {
         }
         Ok(BallLight {
             mean,
+            probabilities,
             variance: squares,
             rows: self.grid.rows(),
         })
@@ -223,10 +235,11 @@ impl BallLightReader {
         lights: &BrightLights,
         lobe: &SeenLobe,
         channels: &[ChannelReflectance; 3],
-    ) -> Result<Vec<(Coefficients, LightField)>> {
+    ) -> Result<SeenLight> {
         // Channels whose body and lobe are in one proportion share a reader.
         let mut readers: Vec<(ChannelReflectance, LightReader)> = Vec::with_capacity(3);
         let mut all = Vec::with_capacity(3);
+        let mut log_evidence = 0.0;
         for (own, modes) in channels.iter().zip(modes) {
             if own.sigma.to_bits() != channels[0].sigma.to_bits() {
                 return Err(Error::Domain {
@@ -252,6 +265,7 @@ impl BallLightReader {
             };
             let ratio = size(made_for) / size(own);
             let estimate = reader.read(modes, lights)?;
+            log_evidence += estimate.log_evidence / 3.0;
             let mut field = reader.field(&estimate, &self.grid)?;
             let mut coefficients = estimate.mean;
             let means = coefficients
@@ -265,8 +279,18 @@ impl BallLightReader {
                 .for_each(|value| *value *= ratio * ratio);
             all.push((coefficients, field));
         }
-        Ok(all)
+        Ok(SeenLight {
+            channels: all,
+            log_evidence,
+        })
     }
+}
+
+/// What is seen of the light if the ball is made of one reflectance.
+struct SeenLight {
+    channels: Vec<(Coefficients, LightField)>,
+    /// The mean over the channels.
+    log_evidence: f64,
 }
 
 /// The larger of body and lobe.

@@ -75,8 +75,14 @@ pub struct FinishVerdict {
 impl FinishVerdict {
     /// The likeliest finish, or nothing where "no single finish" is likelier than each.
     pub fn finish(&self) -> Option<Finish> {
-        let likeliest = (0..4).max_by(|&a, &b| self.finishes[a].total_cmp(&self.finishes[b]))?;
-        (self.finishes[likeliest] >= self.none).then_some(Finish::ALL[likeliest])
+        let likeliest = self.likeliest_finish();
+        (self.finishes[likeliest.index()] >= self.none).then_some(likeliest)
+    }
+
+    /// The likeliest of the four finishes, "no single finish" left aside.
+    pub fn likeliest_finish(&self) -> Finish {
+        let likeliest = (0..4).max_by(|&a, &b| self.finishes[a].total_cmp(&self.finishes[b]));
+        Finish::ALL[likeliest.unwrap_or(0)]
     }
 
     /// The probability of the likeliest answer.
@@ -130,8 +136,7 @@ impl FinishVerdict {
         } else {
             median
         };
-        let likeliest = (0..4).max_by(|&a, &b| self.finishes[a].total_cmp(&self.finishes[b]));
-        match Finish::ALL[likeliest.unwrap_or(0)] {
+        match self.likeliest_finish() {
             Finish::Matte => Material::plastic(name, base, 0.0, 0.0),
             Finish::RoughMetal | Finish::SmoothMetal => Material::metal(name, base, 1.0, sigma),
             _ => {

@@ -62,6 +62,8 @@ pub struct LightReader {
     layout: RingLayout,
     spectrum: Vec<f64>,
     orders: Vec<Order>,
+    /// ½ Σ ln det K_m over the cosines and sines.
+    half_log_determinant: f64,
 }
 
 /// What is ready of one order.
@@ -118,6 +120,10 @@ pub struct LightEstimate {
     pub lights: Vec<(f64, f64, f64)>,
     /// k.
     pub strength: f64,
+    /// ln p(y) of this reflectance, the strength and the light integrated out, as
+    /// [`GaussianEvidence`](super::GaussianEvidence) has it: what pictures of one layout and
+    /// spectrum say of one reflectance against another. 0 of a picture that is black.
+    pub log_evidence: f64,
     /// A⁻¹.
     between_lights: DMatrix<f64>,
     /// By order, B at azimuth 0: a row a degree, a column a light.
@@ -271,6 +277,7 @@ impl LightReader {
             };
             let factor = Cholesky::new(covariance).ok_or_else(refused)?;
             let whitening = inverse_of_lower(factor.l_dirty());
+            let logs: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
             if whitening.iter().any(|value| !value.is_finite()) {
                 return Err(refused());
             }
@@ -278,16 +285,24 @@ impl LightReader {
             for (mut row, power) in gain.row_iter_mut().zip(&spectrum[m..]) {
                 row *= *power;
             }
-            Ok(Order {
+            let order = Order {
                 operator: blocks[m].clone(),
                 whitening,
                 gain,
-            })
+            };
+            Ok((order, parts(m) as f64 * logs))
         });
+        let (mut orders, mut half_log_determinant) = (Vec::with_capacity(made.len()), 0.0);
+        for made in made {
+            let (order, logs) = made?;
+            orders.push(order);
+            half_log_determinant += logs;
+        }
         Ok(Self {
             layout: layout.clone(),
             spectrum: spectrum.to_vec(),
-            orders: made.into_iter().collect::<Result<_>>()?,
+            orders,
+            half_log_determinant,
         })
     }
 
@@ -316,7 +331,7 @@ impl LightReader {
         let (mut whites, mut harmonics, mut responses) = (Vec::new(), Vec::new(), Vec::new());
         let mut amplitudes_in_all = 0;
         for (m, order) in self.orders.iter().enumerate() {
-            let parts = if m == 0 { 1 } else { 2 };
+            let parts = parts(m);
             let both = modes.cosine(m).iter().chain(modes.sine(m)).copied();
             let white = &order.whitening * DMatrix::from_iterator(rings, parts, both);
             let of_lights = self.harmonics(m, directions)?;
@@ -383,12 +398,25 @@ impl LightReader {
             unexplained.push(of_lights);
         }
         let fluxes = directions.iter().zip(strengths.iter());
+        let n = amplitudes_in_all as f64;
+        // ½ ln det(τ² A).
+        let of_lights: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
+        let of_lights = of_lights + 0.5 * count as f64 * LIGHT_VARIANCE.ln();
+        let log_evidence = if square > 0.0 {
+            statrs::function::gamma::ln_gamma(0.5 * n)
+                - 0.5 * n * (std::f64::consts::PI * square).ln()
+                - self.half_log_determinant
+                - of_lights
+        } else {
+            0.0
+        };
         Ok(LightEstimate {
             mean,
             lights: fluxes
                 .map(|((polar, azimuth), flux)| (*polar, *azimuth, *flux))
                 .collect(),
-            strength: square / amplitudes_in_all as f64,
+            strength: square / n,
+            log_evidence,
             between_lights: factor.inverse(),
             unexplained,
         })
@@ -564,6 +592,11 @@ impl LightReader {
             mean,
         })
     }
+}
+
+/// Cosine and sine, but for order 0.
+fn parts(m: usize) -> usize {
+    if m == 0 { 1 } else { 2 }
 }
 
 /// cos mφ and sin mφ.

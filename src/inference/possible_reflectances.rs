@@ -1,4 +1,4 @@
-//! The posterior of a finish as a few reflectances, each with its weight.
+//! The posterior of a reflectance as a few of them, each with its weight.
 
 use super::finish::FinishVerdict;
 use super::light_posterior::ChannelReflectance;
@@ -20,7 +20,7 @@ use crate::reflectance::{Finish, Material};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct PossibleReflectance {
-    /// Its probability; all of a posterior sum to 1.
+    /// How likely it is before the light is looked at; all of a posterior sum to 1.
     pub weight: f64,
     /// What red, green and blue see; σ is one.
     pub channels: [ChannelReflectance; 3],
@@ -55,11 +55,8 @@ impl PossibleReflectance {
     }
 }
 
-/// Points of a quadrature over everything; a finish has its share of them, and one at least.
-const POINTS: f64 = 4.0;
-
-/// Finishes that are less likely than this are left out.
-const UNLIKELY: f64 = 0.02;
+/// Points of the quadrature.
+const POINTS: usize = 6;
 
 /// σ is taken from the series `SMOOTHEST` · `RATIO`^i, so that pictures share their operators, and
 /// as 0 below `SMOOTHEST`, where nothing is told apart.
@@ -76,13 +73,11 @@ const SPECULAR: (f64, f64) = (0.02, 0.1);
 const DARKEST: f64 = 0.01;
 
 impl FinishVerdict {
-    /// The posterior of the reflectance as a few points with weights: of each finish that has a
-    /// probability of 2 % or more, at quantiles of σ and of the specular share that lie as a
-    /// lattice in their square, those of the share among 0.02 … 0.75 for a dielectric and those of
-    /// σ below [`Finish::ROUGH`] or above for a smooth and a rough metal. The base colour is that of
+    /// The posterior of the reflectance, given that the finish is the likeliest of the four, as a few
+    /// points with weights: at quantiles of σ and of the specular share that lie as a lattice in
+    /// their square, those of the share among 0.02 … 0.75 for a dielectric and those of σ below
+    /// [`Finish::ROUGH`] or above for a smooth and a rough metal. The base colour is that of
     /// [`Self::base_colour`], and its deviation makes the scale's.
-    ///
-    /// "No single finish" is left out: what is said is what a single one would show.
     pub fn possible_reflectances(&self) -> Vec<PossibleReflectance> {
         let base = self.base_colour().map(|value| value.max(DARKEST));
         let body = Luminance::Rec709.of(base);
@@ -91,55 +86,46 @@ impl FinishVerdict {
             let ends = [DARKEST.ln() - reference, -reference];
             [1.0, 2.0].map(|power| inverse_moment(mean - reference, deviation, ends, power))
         });
-        let likely: f64 = self.finishes.iter().filter(|p| **p >= UNLIKELY).sum();
+        let finish = self.likeliest_finish();
+        let count = match finish {
+            Finish::Matte => 1,
+            _ => POINTS,
+        };
+        let smooth = level(&self.sigma, Finish::ROUGH);
         let mut points: Vec<PossibleReflectance> = Vec::new();
-        for (finish, &probability) in Finish::ALL.iter().zip(&self.finishes) {
-            // At least one of the four is the likeliest, but all may be less so than "none".
-            let largest = self.finishes.iter().copied().fold(0.0, f64::max);
-            let share = match (probability >= UNLIKELY, likely > 0.0) {
-                (true, _) => probability / likely,
-                (false, false) if probability == largest => 1.0,
-                _ => continue,
+        for i in 0..count {
+            let along = (i as f64 + 0.5) / count as f64;
+            // The golden section's lattice in the square of the two.
+            let across = (0.5 + i as f64 * 0.618_033_988_749_895).fract();
+            let sigma = |(low, high): (f64, f64)| {
+                of_series(self.sigma.quantile(low + (high - low) * along))
             };
-            let count = match finish {
-                Finish::Matte => 1,
-                _ => (POINTS * share).round().max(1.0) as usize,
-            };
-            let smooth = level(&self.sigma, Finish::ROUGH);
-            for i in 0..count {
-                let along = (i as f64 + 0.5) / count as f64;
-                // The golden section's lattice in the square of the two.
-                let across = (0.5 + i as f64 * 0.618_033_988_749_895).fract();
-                let sigma = |(low, high): (f64, f64)| {
-                    of_series(self.sigma.quantile(low + (high - low) * along))
-                };
-                let (diffuse, specular, sigma) = match finish {
-                    Finish::Matte => (base, [0.0; 3], 0.0),
-                    Finish::SmoothMetal => ([0.0; 3], base, sigma((0.0, smooth))),
-                    Finish::RoughMetal => ([0.0; 3], base, sigma((smooth, 1.0)).max(Finish::ROUGH)),
-                    _ => {
-                        let share = self.share_within(PLASTIC, across);
-                        let specular = body * share / (1.0 - share);
-                        let specular = specular.clamp(SPECULAR.0, SPECULAR.1);
-                        (base, [specular; 3], sigma((0.0, 1.0)))
-                    }
-                };
-                let channels = [0, 1, 2].map(|c| ChannelReflectance {
-                    diffuse: diffuse[c],
-                    specular: specular[c],
-                    sigma,
-                });
-                let weight = share / count as f64;
-                // σ comes from a series, so that points may fall together.
-                let same = |point: &&mut PossibleReflectance| point.channels == channels;
-                match points.iter_mut().find(same) {
-                    Some(point) => point.weight += weight,
-                    None => points.push(PossibleReflectance {
-                        weight,
-                        channels,
-                        inverse_scale,
-                    }),
+            let (diffuse, specular, sigma) = match finish {
+                Finish::Matte => (base, [0.0; 3], 0.0),
+                Finish::SmoothMetal => ([0.0; 3], base, sigma((0.0, smooth))),
+                Finish::RoughMetal => ([0.0; 3], base, sigma((smooth, 1.0)).max(Finish::ROUGH)),
+                _ => {
+                    let share = self.share_within(PLASTIC, across);
+                    let specular = body * share / (1.0 - share);
+                    let specular = specular.clamp(SPECULAR.0, SPECULAR.1);
+                    (base, [specular; 3], sigma((0.0, 1.0)))
                 }
+            };
+            let channels = [0, 1, 2].map(|c| ChannelReflectance {
+                diffuse: diffuse[c],
+                specular: specular[c],
+                sigma,
+            });
+            let weight = 1.0 / count as f64;
+            // σ comes from a series, so that points may fall together.
+            let same = |point: &&mut PossibleReflectance| point.channels == channels;
+            match points.iter_mut().find(same) {
+                Some(point) => point.weight += weight,
+                None => points.push(PossibleReflectance {
+                    weight,
+                    channels,
+                    inverse_scale,
+                }),
             }
         }
         points

@@ -155,8 +155,7 @@ pub(super) fn run(options: &Classify) -> Result<()> {
                 Ok((ball, answer)) => {
                     counts.add(answer);
                     if let (Some(path), Some(image)) = (&options.light, &ball.image) {
-                        let material = answer.finish.likeliest_material("ball")?;
-                        ball_light::write(path, image, &material)?;
+                        ball_light::write(path, image, &answer.finish)?;
                     }
                     if options.pbr.is_some() {
                         let name = entry.named(&input::name(entry.path));

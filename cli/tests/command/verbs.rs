@@ -663,6 +663,66 @@ fn classify_tells_the_finish() {
     assert_eq!(output.status.code(), Some(2));
 }
 
+/// The light that is read off a picture is like the map that it was rendered under, up to the
+/// exposure, where the ball mirrors it.
+#[test]
+fn classify_reads_the_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let render = ["render", "--light", "pmndrs-city", "--material", "silver"];
+    assert!(lobes(&render, at).status.success());
+    let read = ["classify", "spheres/silver.png", "--light", "light.exr"];
+    let output = lobes(&read, at);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    let map = |name: &str| lobes::illumination::read(&at.join(name), None).unwrap();
+    let (mean, deviation) = (map("light.exr"), map("light-deviation.exr"));
+    for map in [&mean, &deviation] {
+        assert_eq!((map.width(), map.height()), (256, 128));
+    }
+    assert!(
+        deviation
+            .pixels()
+            .as_flattened()
+            .iter()
+            .all(|value| *value > 0.0)
+    );
+    let maps = lobes::illumination::builtin().unwrap();
+    let truth = maps.iter().find(|map| map.name() == "pmndrs-city").unwrap();
+    // The camera stands at +z, so that the map's frame is the camera's.
+    let (truth, mean) = (
+        truth.resampled(64, 32).unwrap(),
+        mean.resampled(64, 32).unwrap(),
+    );
+    let mut roots = [const { Vec::new() }; 2];
+    for row in 0..32 {
+        for column in 0..64 {
+            let direction = mean.direction(row, column);
+            let area = f64::from(u8::from(direction.z > -0.8)) * direction.x.hypot(direction.z);
+            if area > 0.0 {
+                let place = 64 * row + column;
+                for (roots, map) in roots.iter_mut().zip([&truth, &mean]) {
+                    roots.push((area, map.pixels()[place][1].cbrt()));
+                }
+            }
+        }
+    }
+    let [truth, found] = &roots;
+    let whole: f64 = truth.iter().map(|(area, _)| area).sum();
+    let mean = |of: &[(f64, f64)]| of.iter().map(|(area, root)| area * root).sum::<f64>() / whole;
+    let (centre, other) = (mean(truth), mean(found));
+    let moment = |a: &[(f64, f64)], a_mean: f64, b: &[(f64, f64)], b_mean: f64| {
+        let products = a
+            .iter()
+            .zip(b)
+            .map(|(a, b)| a.0 * (a.1 - a_mean) * (b.1 - b_mean));
+        products.sum::<f64>()
+    };
+    let correlation = moment(truth, centre, found, other)
+        / (moment(truth, centre, truth, centre) * moment(found, other, found, other)).sqrt();
+    assert!(correlation > 0.9, "{correlation}");
+}
+
 /// Two balls before a wall: without `--all` the one that is seen best, and that there is another; with it
 /// both. What is pressed to an ellipse is said to be one.
 #[test]
