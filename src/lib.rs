@@ -6,8 +6,18 @@
 //! classifier that they drive.
 //!
 //! The modules follow the data; each may use those above it, never those below.
+//!
+//! # Features
+//!
+//! | feature | what it adds |
+//! | --- | --- |
+//! | `parallel` (default) | threads for the plans that take a [`Parallelism`]; without it every plan runs on the caller's |
+//! | `files` | readers and writers of images, light, measurements and materials: `files`, `exchange`, [`picture`] and [`illumination`] from paths and bytes |
+//! | `builtin` | `illumination::builtin`, the seventeen maps, and the model of finishes; brings `files` |
+//! | `serde` | what users keep, checked when it is read: materials, lobes, coefficients, spectra, settings, training sets, verdicts |
 
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 pub mod sphere;
 
@@ -61,3 +71,8 @@ pub struct Readme;
 #[cfg(doctest)]
 #[doc = include_str!("../docs/tutorial.md")]
 pub struct Tutorial;
+
+/// And the gallery's.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/gallery.md")]
+pub struct Gallery;

@@ -11,7 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::arrays::{Pixels, check_finite, mask_of, numbers, shaped, type_name};
+use crate::arrays::{Pixels, Two, check_finite, mask_of, numbers, shaped, type_name};
 use crate::illumination::EnvironmentMap;
 use crate::reflectance::Material;
 use crate::{error, interrupt, is_record, parallelism, record};
@@ -23,18 +23,31 @@ const MOST_CAMERAS: usize = 4096;
 const MOST_ROWS: usize = 1024;
 
 /// A picture that a sphere is in.
+///
+/// Parameters
+/// ----------
+/// pixels : Rendering or array_like, (rows, columns, 3)
+///     Linear radiance, or sRGB codes: uint8, uint16, or numbers on [0, 1] where `encoded` says so.
+///     A `Rendering` brings its mask with it.
+/// encoded : bool, optional
+///     Whether these are codes; the type of the array tells unless it is given.
+/// mask : array_like, (rows, columns), optional
+///     Booleans, uint8 or numbers on [0, 1]: which pixels are of the sphere. What the others hold
+///     does not matter.
+/// focal_length : float, optional
+///     In pixels: it tells how far the camera is.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> lobes.Picture(np.zeros((40, 60, 3), "uint8"))
+/// <Picture of 40 × 60 pixels, sRGB codes>
 #[pyclass(frozen, eq, module = "lobes")]
 #[derive(PartialEq)]
 pub(crate) struct Picture(pub(crate) Arc<picture::Picture>);
 
 #[pymethods]
 impl Picture {
-    /// Of linear radiance (rows, columns, 3), or of sRGB codes: uint8, uint16, or numbers on [0, 1]
-    /// where `encoded` says so.
-    ///
-    /// A mask (rows, columns), of booleans, uint8 or numbers on [0, 1], tells which pixels are of
-    /// the sphere: what the others hold does not matter. A focal length in pixels tells how far the
-    /// camera is. A `Rendering` brings its mask with it.
     #[new]
     #[pyo3(signature = (pixels, encoded=None, mask=None, focal_length=None))]
     fn new(
@@ -92,8 +105,24 @@ impl Picture {
         Ok(Self(Arc::new(picture)))
     }
 
-    /// Reads a PNG or JPEG, as sRGB unless it says otherwise, or a linear OpenEXR, Radiance or PFM
-    /// file; an alpha channel is the mask.
+    /// Reads a PNG, JPEG, WebP or TIFF, as sRGB unless it says otherwise, or a linear OpenEXR,
+    /// Radiance or PFM file; an alpha channel is the mask.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///
+    /// Returns
+    /// -------
+    /// Picture
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np, tempfile
+    /// >>> with tempfile.TemporaryDirectory() as folder:
+    /// ...     lobes.write_png(f"{folder}/grey.png", np.full((40, 60, 3), 0.25))
+    /// ...     lobes.Picture.read(f"{folder}/grey.png")
+    /// <Picture of 40 × 60 pixels, sRGB codes>
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         interrupt::run(py, move || picture::Picture::read(&path))?
@@ -133,13 +162,31 @@ impl Picture {
         self.0.focal_length()
     }
 
-    /// Where the sphere is, (x, y, radius) in pixels from the left and the top: by the mask, else
-    /// found.
+    /// Where the sphere is: by the mask, else found.
+    ///
+    /// Returns
+    /// -------
+    /// x, y, radius : float
+    ///     In pixels from the left and the top.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> white = lobes.EnvironmentMap(np.ones((16, 32, 3)))
+    /// >>> sphere = lobes.Renderer(white).render(lobes.Material.white(), size=40)
+    /// >>> np.allclose(lobes.Picture(sphere).circle(), 20, atol=0.1)
+    /// True
     fn circle(&self, py: Python<'_>) -> PyResult<(f64, f64, f64)> {
         let picture = Arc::clone(&self.0);
         let Circle { x, y, radius } =
             interrupt::run(py, move || picture.circle())?.map_err(error)?;
         Ok((x, y, radius))
+    }
+
+    fn _repr_png_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), slf.get());
+        let show = py.import("lobes._show")?;
+        show.call_method1("png", (this.pixels(py)?, this.mask(py)?))
     }
 
     fn __repr__(&self) -> String {
@@ -218,16 +265,32 @@ type Parts<'py> = (
 /// What a model learns from: spheres of the materials and of random reflectances, rendered under
 /// the lights and read as a camera may leave them.
 ///
-/// It takes about a minute to make and can be pickled.
+/// With all lights it takes about a minute to make; it can be pickled.
+///
+/// Parameters
+/// ----------
+/// lights : sequence of EnvironmentMap
+/// materials : sequence of Material, optional
+///     The eight presets unless given.
+/// variant : str
+///     "ward1992", "duer", "gmd" or "sampled".
+/// cameras : int, optional
+///     About each light.
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+/// progress : callable, optional
+///     Called as progress(done, total) while the work goes on.
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.Training(lobes.builtin()[:2], lobes.presets()[:2], cameras=1)
+/// <Training of 2 materials under 2 lights: 8 pictures and 48 of random reflectances>
 #[pyclass(frozen, module = "lobes")]
 pub(crate) struct Training(Arc<inference::Training>);
 
 #[pymethods]
 impl Training {
-    /// Under these lights, of these materials (the eight presets unless said), from `cameras`
-    /// cameras.
-    ///
-    /// `progress(done, total)` is called as the work goes on.
     #[new]
     #[pyo3(signature = (lights, materials=None, variant="sampled", cameras=None, threads=true, progress=None))]
     fn new(
@@ -402,6 +465,19 @@ impl Training {
 }
 
 /// A classifier that has learned.
+///
+/// Parameters
+/// ----------
+/// training : Training
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> training = lobes.Training(lobes.builtin()[:2], lobes.presets()[:2], cameras=2)
+/// >>> lobes.Model(training).materials
+/// ['brown matte', 'white matte']
 #[pyclass(frozen, module = "lobes")]
 pub(crate) struct Model(Arc<inference::Model>);
 
@@ -424,8 +500,26 @@ impl Model {
         self.0.materials().to_vec()
     }
 
-    /// What the model says of the sphere in a picture, within `circle` (x, y, radius in pixels) or
-    /// where `Picture.circle` finds it.
+    /// What the model says of the sphere in a picture.
+    ///
+    /// Parameters
+    /// ----------
+    /// picture : Picture
+    /// circle : array_like, (3,), optional
+    ///     x, y and radius of the sphere in pixels; where `Picture.circle` finds it unless given.
+    ///
+    /// Returns
+    /// -------
+    /// Verdict
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lights, materials = lobes.builtin(), lobes.presets()
+    /// >>> model = lobes.Model(lobes.Training(lights[:2], [materials[0], materials[7]], cameras=2))
+    /// >>> picture = lobes.Picture(lobes.Renderer(lights[3]).render(materials[7]))
+    /// >>> sorted(model.read(picture).probabilities)
+    /// ['brown matte', 'silver']
     #[pyo3(signature = (picture, circle=None))]
     fn read<'py>(
         &self,
@@ -486,6 +580,14 @@ impl Model {
 
 /// What tells the finish of a ball off a photograph, whatever its colour; nothing has to be
 /// learned.
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> reader = lobes.FinishReader()
+/// >>> picture = lobes.Picture(lobes.Renderer(lobes.builtin()[5]).render(lobes.presets()[7]))
+/// >>> reader.read(picture).finish
+/// 'smooth metal'
 #[pyclass(frozen, module = "lobes")]
 pub(crate) struct FinishReader(Arc<(inference::PortraitReader, inference::FinishModel)>);
 
@@ -498,8 +600,25 @@ impl FinishReader {
         Ok(Self(Arc::new((reader, model))))
     }
 
-    /// What is said of the ball in a picture, within `circle` (x, y, radius in pixels) or where
-    /// `Picture.circle` finds it.
+    /// What is said of the ball in a picture.
+    ///
+    /// Parameters
+    /// ----------
+    /// picture : Picture
+    /// circle : array_like, (3,), optional
+    ///     x, y and radius of the ball in pixels; where `Picture.circle` finds it unless given.
+    ///
+    /// Returns
+    /// -------
+    /// FinishVerdict
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> picture = lobes.Picture(lobes.Renderer(lobes.builtin()[5]).render(lobes.presets()[7]))
+    /// >>> verdict = lobes.FinishReader().read(picture)
+    /// >>> round(sum(verdict.finishes.values()) + verdict.no_single_finish, 9)
+    /// 1.0
     #[pyo3(signature = (picture, circle=None))]
     fn read<'py>(
         &self,
@@ -554,12 +673,35 @@ impl FinishReader {
         )
     }
 
-    /// The light about the ball and its standard deviation: two lat-long maps (rows, 2 rows, 3), in
-    /// the camera's frame: it stands towards +z, +y is up, and the centre column looks along −z.
+    /// The light about the ball and its standard deviation, in the camera's frame: it stands
+    /// towards +z, +y is up, and the centre column looks along −z.
     ///
     /// It is averaged over what the ball may be made of, given the likeliest finish that `read` says
     /// of it, and its deviation holds what is not known of that; up to the exposure. The mean swings
     /// below 0 about lamps.
+    ///
+    /// Parameters
+    /// ----------
+    /// picture : Picture
+    /// circle : array_like, (3,), optional
+    ///     x, y and radius of the ball in pixels; where `Picture.circle` finds it unless given.
+    /// rows : int
+    ///     From 2 to 1024.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// mean, deviation : ndarray, (rows, 2 rows, 3)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> light = lobes.builtin()[5].resampled(32)
+    /// >>> picture = lobes.Picture(lobes.Renderer(light).render(lobes.presets()[7], size=64))
+    /// >>> mean, deviation = lobes.FinishReader().light(picture, rows=16)
+    /// >>> mean.shape, deviation.shape
+    /// ((16, 32, 3), (16, 32, 3))
     #[pyo3(signature = (picture, circle=None, rows=128, threads=true))]
     fn light<'py>(
         &self,
@@ -568,7 +710,7 @@ impl FinishReader {
         circle: Option<&Bound<'py, PyAny>>,
         rows: usize,
         threads: bool,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    ) -> PyResult<Two<'py>> {
         if !(2..=MOST_ROWS).contains(&rows) {
             return Err(PyValueError::new_err(format!(
                 "the number of rows is {rows}, which is not from 2 to {MOST_ROWS}"

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::arrays::{
-    Directions, check_result, check_room, complexes, doubles, leading, numbers, shaped, zeros,
+    Directions, Two, check_result, check_room, complexes, doubles, leading, numbers, shaped, zeros,
 };
 use crate::coefficients::{Sets, wrap, wrap_all};
 use crate::{error, parallelism};
@@ -26,9 +26,29 @@ fn at_a_time(cost: usize, threads: Parallelism) -> usize {
 
 /// A plan for analysis and synthesis on one grid, to one degree.
 ///
-/// The grids are "gauss-legendre", "clenshaw-curtis" and "fejer", whose azimuths begin at
-/// `first_azimuth` (0, and half a column for "fejer") and grow with the column unless they are
-/// `descending`, and "lat-long", that of environment maps; `Transform.healpix` makes those of HEALPix.
+/// Parameters
+/// ----------
+/// grid : str
+///     "gauss-legendre", "clenshaw-curtis" and "fejer" are exact rules whose azimuths grow with the
+///     column; "lat-long" is that of environment maps; "healpix" is made by `Transform.healpix`.
+/// rings : int
+/// columns : int
+/// degree : int
+///     The largest l.
+/// orders : int, optional
+///     The largest m, the degree unless given.
+/// first_azimuth : float, optional
+///     That of column 0, in radians; 0 unless given, and half a column for "fejer".
+/// descending : bool
+///     Whether azimuths fall as the column grows.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> transform = lobes.Transform("gauss-legendre", rings=8, columns=16, degree=7)
+/// >>> coefficients = transform.analyse(np.cos(transform.colatitudes)[:, None] * np.ones(16))
+/// >>> bool(np.isclose(coefficients.get(1, 0), np.sqrt(4 * np.pi / 3)))
+/// True
 #[pyclass(frozen, eq, module = "lobes")]
 pub(crate) struct Transform {
     transform: harmonics::Transform,
@@ -334,7 +354,27 @@ impl Transform {
         shaped(py, &shape, values)
     }
 
-    /// The coefficients of maps (…, rings, columns); those of one call share the recurrence.
+    /// The coefficients of maps; those of one call share the recurrence.
+    ///
+    /// Parameters
+    /// ----------
+    /// maps : array_like, (…, rings, columns), or (…, pixels) on HEALPix
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// Coefficients, (…, count)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform("fejer", 8, 16, 3)
+    /// >>> coefficients = transform.analyse(np.ones((2, 8, 16), "float32"))
+    /// >>> coefficients
+    /// <Coefficients of degree 3, orders 3, batch of (2,)>
+    /// >>> np.allclose(coefficients.get(0, 0), np.sqrt(4 * np.pi))
+    /// True
     #[pyo3(signature = (maps, threads=true))]
     fn analyse<'py>(
         &self,
@@ -345,7 +385,26 @@ impl Transform {
         self.to_sets(py, maps, threads, harmonics::Transform::analyse_into)
     }
 
-    /// The maps (…, rings, columns) of coefficients.
+    /// The maps of coefficients.
+    ///
+    /// Parameters
+    /// ----------
+    /// coefficients : Coefficients or array_like, (…, count)
+    ///     Of the transform's degree and orders.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (…, rings, columns), or (…, pixels) on HEALPix
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform("gauss-legendre", 4, 8, 3)
+    /// >>> f = np.arange(16.0)
+    /// >>> np.allclose(transform.analyse(transform.synthesise(f)), f)
+    /// True
     #[pyo3(signature = (coefficients, threads=true))]
     fn synthesise<'py>(
         &self,
@@ -361,12 +420,21 @@ impl Transform {
         )
     }
 
-    /// The adjoint of `synthesise`: sums of maps (…, rings, columns) times each harmonic, without
-    /// weights.
+    /// The adjoint of `synthesise`: sums of maps times each harmonic, without weights.
     ///
     /// For all coefficients c and maps y the sum of synthesise(c) · y is the sum of c ·
     /// synthesise_adjoint(y), so that it is the gradient of ½ Σ (synthesise(c) − d)² at y =
     /// synthesise(c) − d.
+    ///
+    /// Parameters
+    /// ----------
+    /// maps : array_like, (…, rings, columns), or (…, pixels) on HEALPix
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// Coefficients, (…, count)
     ///
     /// Examples
     /// --------
@@ -374,7 +442,7 @@ impl Transform {
     /// >>> transform = lobes.Transform("fejer", 8, 16, 3)
     /// >>> c, y = np.arange(16.0), np.arange(128.0).reshape(8, 16)
     /// >>> there = np.vdot(transform.synthesise(c), y)
-    /// >>> np.isclose(there, np.vdot(c, transform.synthesise_adjoint(y)), rtol=1e-12)
+    /// >>> bool(np.isclose(there, np.vdot(c, transform.synthesise_adjoint(y)), rtol=1e-12))
     /// True
     #[pyo3(signature = (maps, threads=true))]
     fn synthesise_adjoint<'py>(
@@ -387,8 +455,19 @@ impl Transform {
         self.to_sets(py, maps, threads, into)
     }
 
-    /// The adjoint of `analyse`: the maps (…, rings, columns) whose sums with maps are those of the
-    /// coefficients with the maps' coefficients.
+    /// The adjoint of `analyse`: the maps whose sums with maps are those of the coefficients with
+    /// the maps' coefficients.
+    ///
+    /// Parameters
+    /// ----------
+    /// coefficients : Coefficients or array_like, (…, count)
+    ///     Of the transform's degree and orders.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (…, rings, columns), or (…, pixels) on HEALPix
     ///
     /// Examples
     /// --------
@@ -396,7 +475,7 @@ impl Transform {
     /// >>> transform = lobes.Transform("fejer", 8, 16, 3)
     /// >>> c, y = np.arange(16.0), np.arange(128.0).reshape(8, 16)
     /// >>> there = np.vdot(transform.analyse_adjoint(c), y)
-    /// >>> np.isclose(there, np.vdot(c, transform.analyse(y)), rtol=1e-12)
+    /// >>> bool(np.isclose(there, np.vdot(c, transform.analyse(y)), rtol=1e-12))
     /// True
     #[pyo3(signature = (coefficients, threads=true))]
     fn analyse_adjoint<'py>(
@@ -536,7 +615,7 @@ impl Transform {
         py: Python<'py>,
         coefficients: &Bound<'py, PyAny>,
         threads: bool,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    ) -> PyResult<Two<'py>> {
         let plan = (self.degree(), self.orders());
         let sets = Sets::with_shape(coefficients, "the array of coefficients", Some(plan))?;
         let mut shape = sets.shape.clone();
@@ -556,9 +635,19 @@ impl Transform {
         Ok((shaped(py, &shape, south)?, shaped(py, &shape, east)?))
     }
 
-    /// The complex map (rings, columns) of the coefficients a_lm of a complex field, ((degree + 1)²,)
-    /// at l² + l + m, m from −l to l: orthonormal, with the Condon–Shortley phase, as SciPy's
-    /// `sph_harm_y`.
+    /// The complex map of the coefficients a_lm of a complex field: orthonormal, with the
+    /// Condon–Shortley phase, as SciPy's `sph_harm_y`.
+    ///
+    /// Parameters
+    /// ----------
+    /// coefficients : array_like of complex, ((degree + 1)²,)
+    ///     At l² + l + m, m from −l to l.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of complex, (rings, columns), or (pixels,) on HEALPix
     ///
     /// Examples
     /// --------
@@ -584,7 +673,25 @@ impl Transform {
         shaped(py, &self.map_shape(), map)
     }
 
-    /// The coefficients a_lm, as `synthesise_complex` takes them, of a complex map (rings, columns).
+    /// The coefficients a_lm of a complex map, as `synthesise_complex` takes them.
+    ///
+    /// Parameters
+    /// ----------
+    /// map : array_like of complex, (rings, columns), or (pixels,) on HEALPix
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of complex, ((degree + 1)²,)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform("gauss-legendre", 4, 8, 3)
+    /// >>> a = transform.analyse_complex(np.full((4, 8), 1 - 1j))
+    /// >>> np.isclose(a[0], (1 - 1j) * np.sqrt(4 * np.pi)) and np.allclose(a[1:], 0)
+    /// True
     #[pyo3(signature = (map, threads=true))]
     fn analyse_complex<'py>(
         &self,
@@ -656,6 +763,16 @@ fn one_map(before: &[usize]) -> PyResult<()> {
 }
 
 /// A plan for rotating coefficients of one degree.
+///
+/// Parameters
+/// ----------
+/// degree : int
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.Rotation(31)
+/// Rotation(31)
 #[pyclass(frozen, module = "lobes")]
 pub(crate) struct Rotation(harmonics::Rotation);
 
@@ -674,8 +791,29 @@ impl Rotation {
         self.0.degree()
     }
 
-    /// The coefficients of f(R⁻¹ ω) for the rotation of a quaternion (x, y, z, w), which need not
-    /// be of unit length. All orders come out.
+    /// The coefficients of f(R⁻¹ ω).
+    ///
+    /// Parameters
+    /// ----------
+    /// coefficients : Coefficients or array_like, (…, count)
+    ///     Of the plan's degree.
+    /// quaternion : array_like, (4,)
+    ///     (x, y, z, w) of the rotation R in the harmonic frame, of any length but 0.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// Coefficients, (…, (degree + 1)²)
+    ///     Of all orders.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> x = lobes.Coefficients([0.0, 0.0, 1.0, 0.0])  # as x; by order, which is (1, z, x, y)
+    /// >>> turn = [0, 0, np.sin(np.pi / 4), np.cos(np.pi / 4)]  # a quarter about z, from x to y
+    /// >>> np.allclose(lobes.Rotation(1).rotate(x, turn), [0, 0, 0, 1])
+    /// True
     #[pyo3(signature = (coefficients, quaternion, threads=true))]
     fn rotate<'py>(
         &self,
@@ -712,8 +850,21 @@ impl Rotation {
         wrap_all(py, &sets.shape, rotated, (degree, degree))
     }
 
-    /// The coefficients a_lm of a complex field, ((degree + 1)²,) at l² + l + m, m from −l to l,
-    /// turned as by `rotate`: what `wigner_rotation` of each degree makes of them.
+    /// The coefficients a_lm of a complex field, turned as by `rotate`: what `wigner_rotation` of
+    /// each degree makes of them.
+    ///
+    /// Parameters
+    /// ----------
+    /// coefficients : array_like of complex, ((degree + 1)²,)
+    ///     At l² + l + m, m from −l to l.
+    /// quaternion : array_like, (4,)
+    ///     As of `rotate`.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of complex, ((degree + 1)²,)
     ///
     /// Examples
     /// --------
@@ -778,7 +929,27 @@ fn basis_of(
     Ok((basis, shape))
 }
 
-/// All Y_lm at directions (…, 3) of the harmonic frame, (…, (degree + 1)²).
+/// All Y_lm at directions.
+///
+/// Parameters
+/// ----------
+/// directions : array_like, (…, 3)
+///     In the harmonic frame, of any length but 0.
+/// degree : int
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+///
+/// Returns
+/// -------
+/// ndarray, (…, (degree + 1)²)
+///     Stored by order.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> y = lobes.basis([0.0, 0.6, 0.8], 1) / np.sqrt(3 / (4 * np.pi))
+/// >>> np.allclose(y, [np.sqrt(1 / 3), 0.8, 0, 0.6])  # 1, z, x, y
+/// True
 #[pyfunction]
 #[pyo3(signature = (directions, degree, threads=true))]
 pub(crate) fn basis<'py>(
@@ -808,8 +979,27 @@ pub(crate) fn basis<'py>(
     Ok(out)
 }
 
-/// All Y_lm at directions (…, 3), (…, count), and their gradients on the unit sphere, (…, 3,
-/// count): tangent vectors.
+/// All Y_lm at directions, and their gradients on the unit sphere: tangent vectors.
+///
+/// Parameters
+/// ----------
+/// directions : array_like, (…, 3)
+///     In the harmonic frame, of any length but 0.
+/// degree : int
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+///
+/// Returns
+/// -------
+/// values : ndarray, (…, (degree + 1)²)
+/// gradients : ndarray, (…, 3, (degree + 1)²)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> values, gradients = lobes.basis_gradients([1.0, 0.0, 0.0], 1)
+/// >>> np.allclose(gradients[:, 1], [0, 0, np.sqrt(3 / (4 * np.pi))])  # of z
+/// True
 #[pyfunction]
 #[pyo3(signature = (directions, degree, threads=true))]
 pub(crate) fn basis_gradients<'py>(
@@ -817,7 +1007,7 @@ pub(crate) fn basis_gradients<'py>(
     directions: &Bound<'py, PyAny>,
     degree: usize,
     threads: bool,
-) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+) -> PyResult<Two<'py>> {
     let directions = Directions::of(directions, "the array of directions")?;
     let (basis, shape) = basis_of(py, &directions, degree)?;
     let mut slopes = directions.shape.clone();
@@ -845,8 +1035,27 @@ fn at_shape(sets: &Sets<'_>, directions: &Directions) -> Vec<usize> {
     [&sets.shape[..], &directions.shape[..]].concat()
 }
 
-/// Coefficients summed at scattered directions (…, 3) of the harmonic frame: a value for each set
-/// and each direction.
+/// Coefficients summed at scattered directions: a value for each set and each direction.
+///
+/// Parameters
+/// ----------
+/// coefficients : Coefficients or array_like, (…, count)
+/// directions : array_like, (*points, 3)
+///     In the harmonic frame, of any length but 0.
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+///
+/// Returns
+/// -------
+/// ndarray, (…, *points)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> f = np.arange(18.0).reshape(2, 9)
+/// >>> directions = [[0, 0, 1], [1, 0, 0], [0.6, 0, -0.8]]
+/// >>> np.allclose(lobes.synthesise_at(f, directions), f @ lobes.basis(directions, 2).T)
+/// True
 #[pyfunction]
 #[pyo3(signature = (coefficients, directions, threads=true))]
 pub(crate) fn synthesise_at<'py>(
@@ -874,8 +1083,20 @@ pub(crate) fn synthesise_at<'py>(
     shaped(py, &at_shape(&sets, &directions), sums)
 }
 
-/// The adjoint of `synthesise_at`: Σ values Y_lm over directions (n, 3) of the harmonic frame, of
-/// values (…, n).
+/// The adjoint of `synthesise_at`: sums of values times each harmonic.
+///
+/// Parameters
+/// ----------
+/// values : array_like, (…, n)
+/// directions : array_like, (n, 3)
+///     In the harmonic frame, of any length but 0.
+/// degree : int
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+///
+/// Returns
+/// -------
+/// Coefficients, (…, (degree + 1)²)
 ///
 /// Examples
 /// --------
@@ -883,7 +1104,7 @@ pub(crate) fn synthesise_at<'py>(
 /// >>> directions = [[0, 0, 1], [1, 0, 0], [0.6, 0, -0.8]]
 /// >>> c, y = np.arange(9.0), np.array([1.0, -2.0, 0.5])
 /// >>> there = lobes.synthesise_at(c, directions) @ y
-/// >>> np.isclose(there, np.vdot(c, lobes.synthesise_at_adjoint(y, directions, 2)), rtol=1e-13)
+/// >>> bool(np.isclose(there, np.vdot(c, lobes.synthesise_at_adjoint(y, directions, 2)), rtol=1e-13))
 /// True
 #[pyfunction]
 #[pyo3(signature = (values, directions, degree, threads=true))]
@@ -973,8 +1194,19 @@ pub(crate) fn analyse_at<'py>(
     fitted(py, fit)
 }
 
-/// Wigner's d^l(β), (2 degree + 1, 2 degree + 1), for β in radians: rows m' and columns m from −l to
-/// l, ⟨l m'| exp(−iβ J_y) |l m⟩.
+/// Wigner's d^l(β): ⟨l m'| exp(−iβ J_y) |l m⟩.
+///
+/// Parameters
+/// ----------
+/// degree : int
+///     l, at most 512.
+/// beta : float
+///     In radians.
+///
+/// Returns
+/// -------
+/// ndarray, (2 degree + 1, 2 degree + 1)
+///     Rows m' and columns m, each from −l to l.
 ///
 /// Examples
 /// --------
@@ -998,9 +1230,20 @@ pub(crate) fn wigner_d<'py>(
     )
 }
 
-/// Wigner's D^l, (2 degree + 1, 2 degree + 1), of the rotation of a quaternion (x, y, z, w) of any
-/// length: what takes the complex coefficients a_lm of f, m from −l to l, harmonics with the
+/// Wigner's D^l of a rotation: what takes the complex coefficients a_lm of f, of harmonics with the
 /// Condon–Shortley phase, to those of f(R⁻¹ ω).
+///
+/// Parameters
+/// ----------
+/// degree : int
+///     l, at most 512.
+/// quaternion : array_like, (4,)
+///     (x, y, z, w), of any length but 0.
+///
+/// Returns
+/// -------
+/// ndarray of complex, (2 degree + 1, 2 degree + 1)
+///     Rows and columns m from −l to l.
 ///
 /// Examples
 /// --------
@@ -1028,6 +1271,18 @@ pub(crate) fn wigner_rotation<'py>(
 /// As `wigner_rotation`, for the real coefficients of this package in the order l² + l + m: an
 /// orthogonal matrix.
 ///
+/// Parameters
+/// ----------
+/// degree : int
+///     l, at most 512.
+/// quaternion : array_like, (4,)
+///     (x, y, z, w), of any length but 0.
+///
+/// Returns
+/// -------
+/// ndarray, (2 degree + 1, 2 degree + 1)
+///     Rows and columns m from −l to l.
+///
 /// Examples
 /// --------
 /// >>> import lobes, numpy as np
@@ -1051,8 +1306,29 @@ pub(crate) fn wigner_rotation_real<'py>(
     )
 }
 
-/// Values as of `synthesise_at`, and their gradients on the unit sphere, with 3 more at the end of
-/// the shape: tangent vectors whose product with a small step is the change of the value.
+/// Values as of `synthesise_at`, and their gradients on the unit sphere.
+///
+/// Parameters
+/// ----------
+/// coefficients : Coefficients or array_like, (…, count)
+/// directions : array_like, (*points, 3)
+///     In the harmonic frame, of any length but 0.
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+///
+/// Returns
+/// -------
+/// values : ndarray, (…, *points)
+/// gradients : ndarray, (…, *points, 3)
+///     Tangent vectors whose product with a small step is the change of the value.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> z = [0, np.sqrt(4 * np.pi / 3), 0, 0]
+/// >>> value, gradient = lobes.gradients_at(z, [0.6, 0, 0.8])
+/// >>> np.allclose(value, 0.8) and np.allclose(gradient, [-0.48, 0, 0.36])
+/// True
 #[pyfunction]
 #[pyo3(signature = (coefficients, directions, threads=true))]
 pub(crate) fn gradients_at<'py>(
@@ -1060,7 +1336,7 @@ pub(crate) fn gradients_at<'py>(
     coefficients: &Bound<'py, PyAny>,
     directions: &Bound<'py, PyAny>,
     threads: bool,
-) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+) -> PyResult<Two<'py>> {
     let sets = Sets::of(coefficients, "the array of coefficients")?;
     let directions = Directions::of(directions, "the array of directions")?;
     let (basis, _) = basis_of(py, &directions, sets.degree)?;
@@ -1099,7 +1375,21 @@ fn zeroed(rows: usize, columns: usize) -> PyResult<Vec<f64>> {
     Ok(vec![0.0; count])
 }
 
-/// Directions (…, 3) of the world frame, y up, in the harmonic frame, whose pole is +z.
+/// Directions of the world frame, y up, in the harmonic frame, whose pole is +z.
+///
+/// Parameters
+/// ----------
+/// directions : array_like, (…, 3)
+///
+/// Returns
+/// -------
+/// ndarray, (…, 3)
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.to_harmonic([1.0, 2.0, 3.0])
+/// array([3., 1., 2.])
 #[pyfunction]
 pub(crate) fn to_harmonic<'py>(
     py: Python<'py>,
@@ -1109,6 +1399,20 @@ pub(crate) fn to_harmonic<'py>(
 }
 
 /// The inverse of `to_harmonic`.
+///
+/// Parameters
+/// ----------
+/// directions : array_like, (…, 3)
+///
+/// Returns
+/// -------
+/// ndarray, (…, 3)
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.from_harmonic([3.0, 1.0, 2.0])
+/// array([1., 2., 3.])
 #[pyfunction]
 pub(crate) fn from_harmonic<'py>(
     py: Python<'py>,

@@ -16,6 +16,21 @@ use crate::coefficients::wrap_all;
 use crate::{error, interrupt, parallelism, record};
 
 /// Light from every direction: a lat-long map of linear radiance.
+///
+/// Parameters
+/// ----------
+/// pixels : array_like, (rows, columns, 3)
+///     Twice as many columns as rows: row 0 is the zenith and the centre column looks along −z.
+/// name : str
+/// mapping : str
+///     "lat-long", or "angular-map", "mirror-ball", "vertical-cross" or "horizontal-cross", which
+///     are resampled.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> lobes.EnvironmentMap(np.ones((16, 32, 3)), "grey")
+/// <EnvironmentMap "grey", 16 × 32>
 #[pyclass(frozen, eq, module = "lobes", from_py_object)]
 #[derive(Clone)]
 pub(crate) struct EnvironmentMap(pub(crate) Arc<illumination::EnvironmentMap>);
@@ -39,11 +54,6 @@ fn mapping(name: Option<&str>) -> PyResult<Option<Mapping>> {
 
 #[pymethods]
 impl EnvironmentMap {
-    /// Of linear radiance (rows, columns, 3), twice as many columns as rows: row 0 is the zenith
-    /// and the centre column looks along −z.
-    ///
-    /// Under another mapping ("angular-map", "mirror-ball", "vertical-cross", "horizontal-cross")
-    /// it is resampled.
     #[new]
     #[pyo3(signature = (pixels, name="map", mapping="lat-long"))]
     fn new(py: Python<'_>, pixels: &Bound<'_, PyAny>, name: &str, mapping: &str) -> PyResult<Self> {
@@ -62,8 +72,26 @@ impl EnvironmentMap {
         .map_err(error)
     }
 
-    /// Reads an OpenEXR, Radiance or PFM file; without a mapping its shape tells it, and a square
-    /// needs one.
+    /// Reads an OpenEXR, Radiance or PFM file.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    /// mapping : str, optional
+    ///     As of `EnvironmentMap`; unless given the picture's shape tells it, and a square needs
+    ///     one.
+    ///
+    /// Returns
+    /// -------
+    /// EnvironmentMap
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np, tempfile
+    /// >>> with tempfile.TemporaryDirectory() as folder:
+    /// ...     lobes.write_exr(f"{folder}/grey.exr", np.ones((16, 32, 3)))
+    /// ...     lobes.EnvironmentMap.read(f"{folder}/grey.exr")
+    /// <EnvironmentMap "grey", 16 × 32>
     #[staticmethod]
     #[pyo3(signature = (path, mapping=None))]
     fn read(py: Python<'_>, path: PathBuf, mapping: Option<&str>) -> PyResult<Self> {
@@ -73,8 +101,25 @@ impl EnvironmentMap {
             .map_err(error)
     }
 
-    /// Reads every map of a folder, sorted by name; a mapping is that of the files whose shape it
-    /// fits.
+    /// Reads every map of a folder, sorted by name.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    /// mapping : str, optional
+    ///     That of the files whose shape it fits.
+    ///
+    /// Returns
+    /// -------
+    /// list of EnvironmentMap
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np, tempfile
+    /// >>> with tempfile.TemporaryDirectory() as folder:
+    /// ...     lobes.write_exr(f"{folder}/grey.exr", np.ones((16, 32, 3)))
+    /// ...     lobes.EnvironmentMap.read_folder(folder)
+    /// [<EnvironmentMap "grey", 16 × 32>]
     #[staticmethod]
     #[pyo3(signature = (path, mapping=None))]
     fn read_folder(py: Python<'_>, path: PathBuf, mapping: Option<&str>) -> PyResult<Vec<Self>> {
@@ -109,11 +154,37 @@ impl EnvironmentMap {
     }
 
     /// The mean radiance over the sphere.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of three floats
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> np.allclose(lobes.EnvironmentMap(np.full((16, 32, 3), 0.5)).mean(), 0.5)
+    /// True
     fn mean(&self) -> (f64, f64, f64) {
         self.0.mean().into()
     }
 
-    /// The radiance that comes from directions (…, 3) of the world frame, interpolated bilinearly.
+    /// The radiance that comes from directions, interpolated bilinearly.
+    ///
+    /// Parameters
+    /// ----------
+    /// directions : array_like, (…, 3)
+    ///     In the world frame, y up, of any length but 0.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (…, 3)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> sky = lobes.EnvironmentMap(np.linspace(1, 0, 16)[:, None, None] * np.ones((16, 32, 3)))
+    /// >>> np.allclose(sky.radiance([[0, 1, 0], [1, 0, 0]])[:, 0], [1, 0.5])
+    /// True
     fn radiance<'py>(
         &self,
         py: Python<'py>,
@@ -128,6 +199,21 @@ impl EnvironmentMap {
     }
 
     /// The map of so many rows and twice as many columns, each pixel the mean of what it covers.
+    ///
+    /// Parameters
+    /// ----------
+    /// rows : int
+    ///     At most 8192.
+    ///
+    /// Returns
+    /// -------
+    /// EnvironmentMap
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.builtin()[0].resampled(8).shape
+    /// (8, 16)
     fn resampled(&self, py: Python<'_>, rows: usize) -> PyResult<Self> {
         if rows > 1 << 13 {
             return Err(PyValueError::new_err(format!(
@@ -143,11 +229,46 @@ impl EnvironmentMap {
 
     /// The map with the brightest share of the sphere brought down to the brightest pixel that is
     /// left, as a camera of too small a range would.
+    ///
+    /// Parameters
+    /// ----------
+    /// share : float
+    ///     Of the sphere's area, on [0, 1).
+    ///
+    /// Returns
+    /// -------
+    /// EnvironmentMap
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> light = lobes.builtin()[0]
+    /// >>> bool(light.clipped(0.01).pixels.max() < light.pixels.max())
+    /// True
     fn clipped(&self, share: f64) -> PyResult<Self> {
         self.0.clipped(share).map(Self::from).map_err(error)
     }
 
-    /// The coefficients of red, green and blue: `Coefficients` of shape (3,).
+    /// The coefficients of red, green and blue.
+    ///
+    /// Parameters
+    /// ----------
+    /// degree : int
+    ///     At most `max_degree`.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// Coefficients, (3, (degree + 1)²)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> light = lobes.builtin()[0]
+    /// >>> mean = light.coefficients(4).get(0, 0) / np.sqrt(4 * np.pi)
+    /// >>> np.allclose(mean, light.mean())
+    /// True
     #[pyo3(signature = (degree, threads=true))]
     fn coefficients<'py>(
         &self,
@@ -161,8 +282,25 @@ impl EnvironmentMap {
         wrap_all(py, &[3], channels.into(), (degree, degree))
     }
 
-    /// The power spectrum, the law k / l^(2+η) that it follows, and the channels' coherence, to a
-    /// degree or to what the map carries.
+    /// The power spectrum, the law k / l^(2+η) that it follows, and the channels' coherence.
+    ///
+    /// Parameters
+    /// ----------
+    /// degree : int
+    ///     The last, or what the map carries.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// LightSpectrum
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> spectrum = lobes.builtin()[16].spectrum()
+    /// >>> spectrum.channels.shape, 0 < spectrum.law.eta < 1
+    /// ((3, 129), True)
     #[pyo3(signature = (degree=128, threads=true))]
     fn spectrum<'py>(
         &self,
@@ -186,6 +324,11 @@ impl EnvironmentMap {
                 spectrum.clipped_eta,
             ),
         )
+    }
+
+    fn _repr_png_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let show = slf.py().import("lobes._show")?;
+        show.call_method1("map_png", (slf,))
     }
 
     fn __repr__(&self) -> String {
@@ -219,7 +362,25 @@ fn law<'py>(py: Python<'py>, law: &illumination::PowerLaw) -> PyResult<Bound<'py
     )
 }
 
-/// The law B_l = k / l^(2+η) that fits a power spectrum, B_0 first, best for `first` ≤ l ≤ `last`.
+/// The law B_l = k / l^(2+η) that fits a power spectrum best, by least squares of logarithms.
+///
+/// Parameters
+/// ----------
+/// power : array_like, (degree + 1,)
+///     B_0 first.
+/// first, last : int
+///     The degrees that are fitted.
+///
+/// Returns
+/// -------
+/// PowerLaw
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> law = lobes.fit_power_law(3 / np.maximum(np.arange(65), 1) ** 2.5, 2, 60)
+/// >>> round(law.k, 9), round(law.eta, 9)
+/// (3.0, 0.5)
 #[pyfunction]
 pub(crate) fn fit_power_law<'py>(
     py: Python<'py>,
@@ -237,14 +398,40 @@ pub(crate) fn fit_power_law<'py>(
     law(py, &fitted)
 }
 
-/// The maps that come with the crate: captured light, in the public domain.
+/// The maps that come with the package: captured light, in the public domain.
+///
+/// Returns
+/// -------
+/// list of EnvironmentMap
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> len(lobes.builtin())
+/// 17
 #[pyfunction]
 pub(crate) fn builtin(py: Python<'_>) -> PyResult<Vec<EnvironmentMap>> {
     let maps = interrupt::run(py, illumination::builtin)?.map_err(error)?;
     Ok(maps.into_iter().map(EnvironmentMap::from).collect())
 }
 
-/// Reads a picture of linear radiance, (rows, columns, 3): OpenEXR, Radiance or PFM.
+/// Reads a picture of linear radiance: OpenEXR, Radiance or PFM.
+///
+/// Parameters
+/// ----------
+/// path : str or path-like
+///
+/// Returns
+/// -------
+/// ndarray, (rows, columns, 3)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np, tempfile
+/// >>> with tempfile.TemporaryDirectory() as folder:
+/// ...     lobes.write_exr(f"{folder}/grey.exr", np.full((2, 3, 3), 0.25))
+/// ...     lobes.read_linear(f"{folder}/grey.exr").shape
+/// (2, 3, 3)
 #[pyfunction]
 pub(crate) fn read_linear(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyArrayDyn<f64>>> {
     let picture = interrupt::run(py, move || files::read(&path))?.map_err(error)?;
@@ -252,8 +439,23 @@ pub(crate) fn read_linear(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, P
     shaped(py, &shape, picture.pixels.into_flattened())
 }
 
-/// The bytes of an OpenEXR file of linear radiance (rows, columns, 3), in "single" precision or in
-/// "half".
+/// The bytes of an OpenEXR file of linear radiance.
+///
+/// Parameters
+/// ----------
+/// pixels : array_like, (rows, columns, 3)
+/// precision : str
+///     "single" or "half".
+///
+/// Returns
+/// -------
+/// bytes
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> lobes.encode_exr(np.ones((2, 3, 3)))[:4].hex()
+/// '762f3101'
 #[pyfunction]
 #[pyo3(signature = (pixels, precision="single"))]
 pub(crate) fn encode_exr<'py>(
@@ -290,8 +492,25 @@ pub(crate) fn encode_exr<'py>(
     Ok(PyBytes::new(py, &bytes.map_err(error)?))
 }
 
-/// The bytes of a PNG of linear radiance (rows, columns, 3) times the exposure, as 8-bit sRGB;
-/// transparent where the mask is 0.
+/// The bytes of a PNG of linear radiance as 8-bit sRGB.
+///
+/// Parameters
+/// ----------
+/// pixels : array_like, (rows, columns, 3)
+/// mask : array_like, (rows, columns), optional
+///     Booleans, uint8 or numbers on [0, 1]; the picture is transparent where it is 0.
+/// exposure : float
+///     What the radiance is multiplied by.
+///
+/// Returns
+/// -------
+/// bytes
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> lobes.encode_png(np.ones((2, 3, 3)))[1:4]
+/// b'PNG'
 #[pyfunction]
 #[pyo3(signature = (pixels, mask=None, exposure=1.0))]
 pub(crate) fn encode_png<'py>(
@@ -321,7 +540,22 @@ pub(crate) fn encode_png<'py>(
     Ok(PyBytes::new(py, &bytes.map_err(error)?))
 }
 
-/// Linear values of sRGB codes on [0, 1] (IEC 61966-2-1); of uint8 and uint16, over their largest.
+/// Linear values of sRGB codes (IEC 61966-2-1).
+///
+/// Parameters
+/// ----------
+/// codes : array_like, any shape
+///     On [0, 1]; those of uint8 and uint16 over their largest.
+///
+/// Returns
+/// -------
+/// ndarray, of that shape
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> lobes.linear_of_srgb(np.array([0, 128, 255], "uint8")).round(4)
+/// array([0.    , 0.2159, 1.    ])
 #[pyfunction]
 pub(crate) fn linear_of_srgb<'py>(
     py: Python<'py>,
@@ -339,6 +573,20 @@ pub(crate) fn linear_of_srgb<'py>(
 }
 
 /// sRGB codes on [0, 1] of linear values (IEC 61966-2-1).
+///
+/// Parameters
+/// ----------
+/// linear : array_like, any shape
+///
+/// Returns
+/// -------
+/// ndarray, of that shape
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.srgb_of_linear([0.0, 0.2159, 1.0]).round(3)
+/// array([0.   , 0.502, 1.   ])
 #[pyfunction]
 pub(crate) fn srgb_of_linear<'py>(
     py: Python<'py>,

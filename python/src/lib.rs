@@ -80,8 +80,18 @@ fn is_record(object: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
     object.is_instance(&class)
 }
 
-/// The vector instructions that are used: "avx512", "avx2" or "baseline"; the environment variable
-/// `LOBES_VECTORS` chooses.
+/// The vector instructions that are used; the environment variable `LOBES_VECTORS` chooses.
+///
+/// Returns
+/// -------
+/// str
+///     "avx512", "avx2" or "baseline".
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.vectors() in ("avx512", "avx2", "baseline")
+/// True
 #[pyfunction]
 fn vectors() -> &'static str {
     lobes::vectors()

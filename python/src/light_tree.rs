@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::arrays::{check_room, shaped};
+use crate::arrays::{Two, check_room, shaped};
 use crate::illumination::EnvironmentMap;
 use crate::reflectance::Material;
 use crate::reflection::{Camera, check_size, picture, shading_points};
@@ -17,14 +17,32 @@ use crate::{error, interrupt, parallelism};
 
 /// A surface of GGX facets over a matte body: an albedo and a reflectance for each channel, and a
 /// width.
+///
+/// Its facets reflect `f0` along the normal (Schlick), or are of an `index` of refraction, or of an
+/// `index` and an `extinction`; each is three numbers, of red, green and blue.
+///
+/// Parameters
+/// ----------
+/// name : str
+/// alpha : float
+///     The width of the lobe; 0 for a mirror.
+/// diffuse : array_like, (3,)
+///     The albedo of the body.
+/// f0 : array_like, (3,), optional
+/// index : array_like, (3,), optional
+/// extinction : array_like, (3,), optional
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.GgxMaterial("gold", 0.2, f0=[1.0, 0.78, 0.34])
+/// <GgxMaterial "gold", alpha 0.2>
 #[pyclass(frozen, eq, module = "lobes", from_py_object)]
 #[derive(Clone, PartialEq)]
 pub(crate) struct GgxMaterial(reflectance::GgxMaterial);
 
 #[pymethods]
 impl GgxMaterial {
-    /// Of facets that reflect f0 along the normal (Schlick), or are of an index of refraction, or
-    /// of an index and an extinction; each is three numbers, of red, green and blue.
     #[new]
     #[pyo3(signature = (name, alpha, diffuse=[0.0; 3], f0=None, index=None, extinction=None))]
     fn new(
@@ -73,7 +91,22 @@ impl GgxMaterial {
         self.0.diffuse().into()
     }
 
-    /// How much the facets reflect of light that meets them at an angle of this cosine.
+    /// How much the facets reflect of light that meets them at an angle.
+    ///
+    /// Parameters
+    /// ----------
+    /// cosine : float
+    ///     Of the angle, on [0, 1].
+    ///
+    /// Returns
+    /// -------
+    /// tuple of three floats
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> np.allclose(lobes.GgxMaterial("glass", 0.1, index=[1.5] * 3).reflectance(1.0), 0.04)
+    /// True
     fn reflectance(&self, cosine: f64) -> PyResult<(f64, f64, f64)> {
         if !(0.0..=1.0).contains(&cosine) {
             return Err(PyValueError::new_err(format!(
@@ -170,6 +203,18 @@ impl AnyMaterial {
 }
 
 /// A map made ready for radiances with a proven bound.
+///
+/// Parameters
+/// ----------
+/// map : EnvironmentMap
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.LightTree(lobes.builtin()[0].resampled(16))
+/// <LightTree of "blender-city">
 #[pyclass(frozen, module = "lobes")]
 pub(crate) struct LightTree {
     tree: Arc<reflection::LightTree>,
@@ -198,8 +243,37 @@ impl LightTree {
         self.map.clone()
     }
 
-    /// A picture of a sphere, its error being the largest relative bound, and an array (size, size)
-    /// that no channel of a pixel is off by more than.
+    /// A picture of a sphere and how far each pixel can be off.
+    ///
+    /// Parameters
+    /// ----------
+    /// material : Material or GgxMaterial
+    /// variant : str
+    ///     Of a Ward lobe: "ward1992", "duer", "gmd" or "sampled".
+    /// camera : Camera, optional
+    ///     Far away towards +z unless given.
+    /// size : int
+    ///     Pixels a side, at most 16384.
+    /// tolerance : float
+    ///     The relative bound that is aimed at.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// rendering : Rendering
+    ///     Whose error is the largest bound, relative.
+    /// bounds : ndarray, (size, size)
+    ///     What no channel of a pixel is off by more than; 0 outside of the sphere.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> tree = lobes.LightTree(lobes.builtin()[0].resampled(16))
+    /// >>> material = lobes.GgxMaterial("rough", 0.3, f0=[0.9] * 3)
+    /// >>> rendering, bounds = tree.render(material, size=8, tolerance=0.1)
+    /// >>> rendering.pixels.shape, bounds.shape
+    /// ((8, 8, 3), (8, 8))
     #[pyo3(signature = (material, variant="sampled", camera=None, size=128, tolerance=1e-3, threads=true))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]
     fn render<'py>(
@@ -232,8 +306,34 @@ impl LightTree {
         Ok((picture(py, &rendered.image, error, camera)?, bounds))
     }
 
-    /// The radiance (…, 3) that is seen of normals (…, 3) from directions (…, 3), of unit length,
-    /// and an array (…) that no channel is off by more than.
+    /// The radiance that is seen of given normals from given directions, and a proven bound of its
+    /// error.
+    ///
+    /// Parameters
+    /// ----------
+    /// material : Material or GgxMaterial
+    /// normals, views : array_like, (…, 3)
+    ///     In the world frame, of unit length.
+    /// variant : str
+    ///     Of a Ward lobe: "ward1992", "duer", "gmd" or "sampled".
+    /// tolerance : float
+    ///     The relative bound that is aimed at.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// radiance : ndarray, (…, 3)
+    /// bounds : ndarray, (…)
+    ///     What no channel is off by more than.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> tree = lobes.LightTree(lobes.EnvironmentMap(np.ones((16, 32, 3))))
+    /// >>> radiance, bounds = tree.radiance(lobes.Material.white(), [0, 1, 0], [0, 1, 0])
+    /// >>> bool((np.abs(radiance - 1) <= bounds[..., None]).all())
+    /// True
     #[pyo3(signature = (material, normals, views, variant="sampled", tolerance=1e-3, threads=true))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]
     fn radiance<'py>(
@@ -245,7 +345,7 @@ impl LightTree {
         variant: &str,
         tolerance: f64,
         threads: bool,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    ) -> PyResult<Two<'py>> {
         let variant: Variant = variant.parse().map_err(error)?;
         let material = AnyMaterial::of(material)?;
         let (points, shape) = shading_points(normals, views)?;

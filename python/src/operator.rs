@@ -107,7 +107,24 @@ impl Operator {
         shaped(py, &[rings.len()], rings.to_vec())
     }
 
-    /// ρ_d T^d_lm + ρ_s T^s_lm of one order m ≥ 0: (rings, degree + 1 − m), the degrees from m on.
+    /// ρ_d T^d_lm + ρ_s T^s_lm of one order.
+    ///
+    /// Parameters
+    /// ----------
+    /// m : int
+    ///     From 0 to the degree.
+    /// rho_d, rho_s : float
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (rings, degree + 1 − m)
+    ///     The degrees from m on.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.Operator(0.1, 4, 8).block(2, 0.5, 0.1).shape
+    /// (4, 7)
     fn block<'py>(
         &self,
         py: Python<'py>,
@@ -121,8 +138,26 @@ impl Operator {
         shaped(py, &shape, block.transpose().as_slice().to_vec())
     }
 
-    /// The picture of a material under light of any degree, (rings, columns): column j is at φ =
-    /// 2πj/columns.
+    /// The picture of a material under light.
+    ///
+    /// Parameters
+    /// ----------
+    /// light : Coefficients or array_like, (count,)
+    ///     Of any degree.
+    /// rho_d, rho_s : float
+    /// columns : int
+    ///     Column j is at φ = 2πj/columns.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (rings, columns)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> operator = lobes.Operator(0.1, 4, 8)
+    /// >>> operator.forward(lobes.random_field(np.ones(9), 1), 0.5, 0.1, columns=24).shape
+    /// (4, 24)
     fn forward<'py>(
         &self,
         py: Python<'py>,
@@ -144,7 +179,26 @@ impl Operator {
         shaped(py, &[rings, columns], picture)
     }
 
-    /// The transpose of `forward`: for every light L and picture y, Σ forward(L) y = Σ L adjoint(y).
+    /// The transpose of `forward`: for every light L and picture y, Σ forward(L) y = Σ L
+    /// adjoint(y).
+    ///
+    /// Parameters
+    /// ----------
+    /// picture : array_like, (rings, columns)
+    /// rho_d, rho_s : float
+    ///
+    /// Returns
+    /// -------
+    /// Coefficients, ((degree + 1)²,)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> operator, light = lobes.Operator(0.1, 4, 8), lobes.random_field(np.ones(9), 1)
+    /// >>> y = np.arange(96.0).reshape(4, 24)
+    /// >>> there = np.vdot(operator.forward(light, 0.5, 0.1, 24), y)
+    /// >>> bool(np.isclose(there, np.vdot(light, operator.adjoint(y, 0.5, 0.1)), rtol=1e-12))
+    /// True
     fn adjoint<'py>(
         &self,
         py: Python<'py>,

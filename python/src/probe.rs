@@ -4,25 +4,52 @@ use std::sync::Arc;
 
 use lobes::picture::Circle;
 use lobes::probe::{Bracket, MirrorBall, refine};
-use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{numbers, shaped};
+use crate::arrays::{Two, numbers, shaped};
 use crate::classify::Picture;
 use crate::{error, interrupt, parallelism};
 
 /// The most rows of a map.
 const MOST: usize = 2048;
 
-/// The light about a mirror ball as a lat-long map, and how much of each pixel was seen: arrays
-/// (rows, columns, 3) and (rows, columns).
+/// The light about a mirror ball as a lat-long map, and how much of each pixel was seen.
 ///
-/// From one photograph or a bracket; without `exposures` their ratios are estimated. The ball is
-/// within `circle` (x, y, radius in pixels), or found. `distance` is the camera's, in radii of the
-/// ball; without it the focal length of the picture tells, or the camera is taken to be far away.
-/// `reflectance` is the ball's, `photographer` the half angle about the camera that is left out, in
-/// degrees. The camera stands towards +z, +y is up, and the centre column looks along −z.
+/// The camera stands towards +z, +y is up, and the centre column looks along −z.
+///
+/// Parameters
+/// ----------
+/// pictures : sequence of Picture
+///     One photograph, or a bracket.
+/// exposures : sequence of float, optional
+///     Their ratios are estimated unless given.
+/// circle : array_like, (3,), optional
+///     x, y and radius of the ball in pixels; found unless given.
+/// distance : float, optional
+///     The camera's, in radii of the ball; without it the focal length of the picture tells, or the
+///     camera is taken to be far away.
+/// reflectance : array_like, (3,), optional
+///     The ball's; 1 unless given.
+/// photographer : float
+///     The half angle about the camera that is left out, in degrees.
+/// rows : int
+///     From 2 to 2048.
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+///
+/// Returns
+/// -------
+/// map : ndarray, (rows, 2 rows, 3)
+/// seen : ndarray, (rows, 2 rows)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> ball = lobes.Picture(np.ones((40, 40, 3)))
+/// >>> light, seen = lobes.probe([ball], exposures=[1.0], circle=(20, 20, 18), distance=12, rows=8)
+/// >>> np.allclose(light[seen > 0.5], 1)
+/// True
 #[pyfunction]
 #[pyo3(signature = (pictures, exposures=None, circle=None, distance=None, reflectance=None, photographer=0.0, rows=128, threads=true))]
 #[expect(clippy::too_many_arguments, reason = "as Python gives them")]
@@ -36,7 +63,7 @@ pub(crate) fn probe<'py>(
     photographer: f64,
     rows: usize,
     threads: bool,
-) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+) -> PyResult<Two<'py>> {
     if !(2..=MOST).contains(&rows) {
         return Err(PyValueError::new_err(format!(
             "the number of rows is {rows}, which is not from 2 to {MOST}"

@@ -12,12 +12,29 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::arrays::{
-    Directions, check_finite, check_room, doubles, leading, numbers, shape_name, shaped,
+    Directions, Two, TwoColumns, check_finite, check_room, doubles, leading, numbers, shape_name,
+    shaped,
 };
 use crate::coefficients::Sets;
 use crate::{error, interrupt, record};
 
-/// A Ward lobe: its value times the light's cosine, at ρ_s = 1.
+/// A Ward lobe: its value times the light's cosine, at ρ_s = 1, in the surface's frame, whose
+/// normal is +z.
+///
+/// Parameters
+/// ----------
+/// variant : str
+///     "ward1992", "duer", "gmd" or "sampled".
+/// sigma_x : float
+///     The width along the tangent +x.
+/// sigma_y : float, optional
+///     The width along +y, that of +x unless given.
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.Lobe("gmd", 0.1, 0.3)
+/// Lobe("gmd", 0.1, 0.3)
 #[pyclass(frozen, eq, module = "lobes")]
 #[derive(PartialEq)]
 pub(crate) struct Lobe(reflectance::Ward);
@@ -35,8 +52,6 @@ fn check_cosine(cosine: f64) -> PyResult<()> {
 
 #[pymethods]
 impl Lobe {
-    /// One of the variants "ward1992", "duer", "gmd" and "sampled", with one width or with two,
-    /// along the tangents +x and +y.
     #[new]
     #[pyo3(signature = (variant, sigma_x, sigma_y=None))]
     fn new(variant: &str, sigma_x: f64, sigma_y: Option<f64>) -> PyResult<Self> {
@@ -61,7 +76,26 @@ impl Lobe {
         self.0.sigma().into()
     }
 
-    /// f · c_i for one view and many lights (…, 3), in the surface's frame; 0 below the horizon.
+    /// The lobe times the cosine of the light, f · c_i.
+    ///
+    /// Parameters
+    /// ----------
+    /// view : array_like, (3,)
+    ///     Of unit length.
+    /// lights : array_like, (…, 3)
+    ///     Of unit length.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (…)
+    ///     Per steradian; 0 below the horizon.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> peak = lobes.Lobe("sampled", 0.2).evaluate([0, 0, 1], [[0, 0, 1], [0, 0, -1]])
+    /// >>> np.allclose(peak, [1 / (4 * np.pi * 0.2**2), 0])
+    /// True
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
@@ -76,7 +110,28 @@ impl Lobe {
         shaped(py, &lights.shape, values)
     }
 
-    /// The density, per steradian, with which `sample` draws lights (…, 3) for one view.
+    /// The density with which `sample` draws lights.
+    ///
+    /// Parameters
+    /// ----------
+    /// view : array_like, (3,)
+    ///     Of unit length.
+    /// lights : array_like, (…, 3)
+    ///     Of unit length.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (…)
+    ///     Per steradian.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> lobe = lobes.Lobe("sampled", 0.2)
+    /// >>> lights, weights = lobe.sample([0, 0, 1], [[0.2, 0.5], [0.7, 0.1]])
+    /// >>> f = lobe.evaluate([0, 0, 1], lights)
+    /// >>> np.allclose(f, weights * lobe.pdf([0, 0, 1], lights))
+    /// True
     fn pdf<'py>(
         &self,
         py: Python<'py>,
@@ -92,17 +147,37 @@ impl Lobe {
         shaped(py, &lights.shape, densities)
     }
 
-    /// Lights (…, 3) drawn for one view by Ward's half-vector sampler from numbers (…, 2) on [0,
-    /// 1), and their weights f · c_i / pdf.
+    /// Lights drawn for one view by Ward's half-vector sampler.
     ///
     /// The mean of weight times the light's radiance is what is reflected. A weight of 0 is a light
     /// below the horizon.
+    ///
+    /// Parameters
+    /// ----------
+    /// view : array_like, (3,)
+    ///     Of unit length.
+    /// u : array_like, (…, 2)
+    ///     Random numbers on [0, 1).
+    ///
+    /// Returns
+    /// -------
+    /// lights : ndarray, (…, 3)
+    /// weights : ndarray, (…)
+    ///     f · c_i / pdf.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> lobe, view = lobes.Lobe("sampled", 0.2), [0.6, 0.0, 0.8]
+    /// >>> lights, weights = lobe.sample(view, np.random.default_rng(1).random((10000, 2)))
+    /// >>> bool(abs(weights.mean() - lobe.albedo(0.8)) < 0.01)
+    /// True
     fn sample<'py>(
         &self,
         py: Python<'py>,
         view: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    ) -> PyResult<Two<'py>> {
         const WHAT: &str = "the array of random numbers";
         let view = Directions::one(view, "the view")?;
         let u = doubles(u, WHAT)?;
@@ -128,8 +203,23 @@ impl Lobe {
         Ok((shaped(py, &shape, lights.collect())?, weights))
     }
 
-    /// The share of light that is reflected, at the cosine of a view in the plane of the normal and
-    /// the tangent +x.
+    /// The share of light that is reflected towards a view in the plane of the normal and the
+    /// tangent +x.
+    ///
+    /// Parameters
+    /// ----------
+    /// view_cosine : float
+    ///     Of the angle from the normal, in (0, 1].
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> 0.9 < lobes.Lobe("sampled", 0.1).albedo(1.0) <= 1
+    /// True
     fn albedo(&self, view_cosine: f64) -> PyResult<f64> {
         check_cosine(view_cosine)?;
         Ok(self.0.albedo(view_cosine))
@@ -137,17 +227,66 @@ impl Lobe {
 
     /// The share of light that is reflected towards any view, which matters to a lobe of two
     /// widths.
+    ///
+    /// Parameters
+    /// ----------
+    /// view : array_like, (3,)
+    ///     Of unit length.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobe = lobes.Lobe("gmd", 0.1, 0.4)
+    /// >>> lobe.albedo_from([0.6, 0.0, 0.8]) != lobe.albedo_from([0.0, 0.6, 0.8])
+    /// True
     fn albedo_from(&self, view: &Bound<'_, PyAny>) -> PyResult<f64> {
         Ok(self.0.albedo_from(Directions::one(view, "the view")?))
     }
 
     /// The share of `sample`'s draws, before any is drawn again, whose light is above the horizon.
+    ///
+    /// Parameters
+    /// ----------
+    /// view_cosine : float
+    ///     Of the angle from the normal, in (0, 1].
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> 0.99 < lobes.Lobe("sampled", 0.1).share_above_horizon(0.8) <= 1
+    /// True
     fn share_above_horizon(&self, view_cosine: f64) -> PyResult<f64> {
         check_cosine(view_cosine)?;
         Ok(self.0.share_above_horizon(view_cosine))
     }
 
     /// The zonal coefficients b_0 … b_degree about the mirror direction.
+    ///
+    /// Parameters
+    /// ----------
+    /// view_cosine : float
+    ///     Of the angle from the normal, in (0, 1].
+    /// degree : int
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (degree + 1,)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> lobe = lobes.Lobe("sampled", 0.1)
+    /// >>> b = lobe.zonal(1.0, 8)
+    /// >>> bool(np.isclose(b[0], lobe.albedo(1.0)) and (np.diff(b) < 0).all())
+    /// True
     fn zonal<'py>(
         &self,
         py: Python<'py>,
@@ -159,15 +298,32 @@ impl Lobe {
         Ok(PyArray1::from_vec(py, zonal))
     }
 
-    /// b_0 … b_degree of normal incidence by a closed form, and bounds on their errors: "series",
-    /// to σ⁴, or "gaussian", the paper's e^(−(σl)²).
+    /// b_0 … b_degree of normal incidence by a closed form, and bounds on their errors.
+    ///
+    /// Parameters
+    /// ----------
+    /// degree : int
+    /// form : str
+    ///     "series", to σ⁴, or "gaussian", the paper's e^(−(σl)²).
+    ///
+    /// Returns
+    /// -------
+    /// values, bounds : ndarray, (degree + 1,)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> lobe = lobes.Lobe("sampled", 0.05)
+    /// >>> values, bounds = lobe.approximate(16)
+    /// >>> bool((np.abs(values - lobe.zonal(1.0, 16)) <= bounds).all())
+    /// True
     #[pyo3(signature = (degree, form="series"))]
     fn approximate<'py>(
         &self,
         py: Python<'py>,
         degree: usize,
         form: &str,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<TwoColumns<'py>> {
         let at = match form {
             "series" => approximation::series,
             "gaussian" => approximation::gaussian,
@@ -189,8 +345,27 @@ impl Lobe {
         ))
     }
 
-    /// b_0 … b_degree at the cosine of a view by the form of two axes, and a bound on all their
-    /// errors.
+    /// b_0 … b_degree of any view by the form of two axes, and a bound on all their errors.
+    ///
+    /// Parameters
+    /// ----------
+    /// view_cosine : float
+    ///     Of the angle from the normal, in (0, 1].
+    /// degree : int
+    ///     At most 4096.
+    ///
+    /// Returns
+    /// -------
+    /// values : ndarray, (degree + 1,)
+    /// bound : float
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> lobe = lobes.Lobe("sampled", 0.05)
+    /// >>> values, bound = lobe.approximate_oblique(0.8, 16)
+    /// >>> bool(np.abs(values - lobe.zonal(0.8, 16)).max() <= bound)
+    /// True
     fn approximate_oblique<'py>(
         &self,
         py: Python<'py>,
@@ -204,8 +379,23 @@ impl Lobe {
         Ok((PyArray1::from_vec(py, oblique.values), oblique.bound))
     }
 
-    /// The coefficients ρ̂_lpq over light and view, (light_degree + 1, view_degree + 1, orders), q
-    /// = 0 … the smaller degree.
+    /// The coefficients ρ̂_lpq over light and view.
+    ///
+    /// Parameters
+    /// ----------
+    /// light_degree : int
+    /// view_degree : int
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (light_degree + 1, view_degree + 1, orders)
+    ///     At [l, p, q], q = 0 … the smaller degree.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.Lobe("gmd", 0.3).isotropic_coefficients(2, 3).shape
+    /// (3, 4, 3)
     fn isotropic_coefficients<'py>(
         &self,
         py: Python<'py>,
@@ -278,7 +468,22 @@ const LARGEST: usize = 1 << 20;
 /// That of the form for a view at any angle, whose terms cost more as the degree grows.
 const LARGEST_OBLIQUE: usize = 1 << 12;
 
-/// Lambert's transfers Λ_l ρ̂_l, l = 0 … degree: π, 2π/3, π/4, 0, …
+/// Lambert's transfers Λ_l ρ̂_l: π, 2π/3, π/4, 0, …
+///
+/// Parameters
+/// ----------
+/// degree : int
+///     The last.
+///
+/// Returns
+/// -------
+/// ndarray, (degree + 1,)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> np.allclose(lobes.lambert(3), [np.pi, 2 * np.pi / 3, np.pi / 4, 0])
+/// True
 #[pyfunction]
 pub(crate) fn lambert(py: Python<'_>, degree: usize) -> PyResult<Bound<'_, PyArray1<f64>>> {
     check_degree(degree, LARGEST)?;
@@ -287,6 +492,14 @@ pub(crate) fn lambert(py: Python<'_>, degree: usize) -> PyResult<Bound<'_, PyArr
 }
 
 /// A material: a Lambert body and a Ward lobe.
+///
+/// It is made by `plastic`, `metal`, `from_albedos`, `from_albedos_gaining_energy` and `white`.
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.Material.from_albedos("satin", [0.5, 0.4, 0.3], [0.04] * 3, 0.1)
+/// Material("satin", diffuse=(0.5, 0.4, 0.3), specular=(0.04, 0.04, 0.04), sigma=0.1)
 #[pyclass(frozen, eq, module = "lobes", from_py_object)]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Material(pub(crate) reflectance::Material);
@@ -294,6 +507,25 @@ pub(crate) struct Material(pub(crate) reflectance::Material);
 #[pymethods]
 impl Material {
     /// Radiance's plastic: a white highlight.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    /// reflectance : array_like, (3,)
+    ///     Red, green and blue of the body, before what the highlight takes.
+    /// specularity : float
+    /// sigma : float
+    ///     The width of the lobe.
+    ///
+    /// Returns
+    /// -------
+    /// Material
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.Material.plastic("ball", [0.5, 0.25, 0.0], 0.5, 0.1)
+    /// Material("ball", diffuse=(0.25, 0.125, 0.0), specular=(0.5, 0.5, 0.5), sigma=0.1)
     #[staticmethod]
     fn plastic(
         name: &str,
@@ -308,6 +540,25 @@ impl Material {
     }
 
     /// Radiance's metal: a highlight of the metal's colour.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    /// reflectance : array_like, (3,)
+    ///     Red, green and blue of body and highlight together.
+    /// specularity : float
+    /// sigma : float
+    ///     The width of the lobe.
+    ///
+    /// Returns
+    /// -------
+    /// Material
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.Material.metal("ball", [0.5, 0.25, 0.0], 0.5, 0.1)
+    /// Material("ball", diffuse=(0.25, 0.125, 0.0), specular=(0.25, 0.125, 0.0), sigma=0.1)
     #[staticmethod]
     fn metal(
         name: &str,
@@ -322,6 +573,24 @@ impl Material {
     }
 
     /// Of given albedos, which may not add up to more than 1.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    /// diffuse : array_like, (3,)
+    /// specular : array_like, (3,)
+    /// sigma : float
+    ///     The width of the lobe.
+    ///
+    /// Returns
+    /// -------
+    /// Material
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.Material.from_albedos("clay", [0.5, 0.4, 0.3], [0.0] * 3, 0.1).diffuse
+    /// (0.5, 0.4, 0.3)
     #[staticmethod]
     fn from_albedos(
         name: &str,
@@ -339,6 +608,24 @@ impl Material {
     }
 
     /// Of given albedos, each of at most 1, whatever they add up to.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    /// diffuse : array_like, (3,)
+    /// specular : array_like, (3,)
+    /// sigma : float
+    ///     The width of the lobe.
+    ///
+    /// Returns
+    /// -------
+    /// Material
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.Material.from_albedos_gaining_energy("bright", [0.9] * 3, [0.9] * 3, 0.1).specular
+    /// (0.9, 0.9, 0.9)
     #[staticmethod]
     fn from_albedos_gaining_energy(
         name: &str,
@@ -356,6 +643,16 @@ impl Material {
     }
 
     /// Lambert's white sphere, of albedo 1.
+    ///
+    /// Returns
+    /// -------
+    /// Material
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.Material.white().diffuse
+    /// (1.0, 1.0, 1.0)
     #[staticmethod]
     fn white() -> Self {
         Self(reflectance::Material::white())
@@ -385,7 +682,22 @@ impl Material {
         self.0.roughness().sigma()
     }
 
-    /// The lobe at ρ_s = 1; None for a matte material or a mirror.
+    /// Its lobe; None of a matte material and of a mirror.
+    ///
+    /// Parameters
+    /// ----------
+    /// variant : str
+    ///     "ward1992", "duer", "gmd" or "sampled".
+    ///
+    /// Returns
+    /// -------
+    /// Lobe or None
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.presets()[5].lobe("gmd"), lobes.Material.white().lobe()
+    /// (Lobe("gmd", 0.1), None)
     #[pyo3(signature = (variant="sampled"))]
     fn lobe(&self, variant: &str) -> PyResult<Option<Lobe>> {
         let variant: Variant = variant.parse().map_err(error)?;
@@ -426,13 +738,50 @@ impl Material {
     }
 }
 
-/// The eight materials that come with the crate.
+/// The eight materials that come with the package.
+///
+/// Returns
+/// -------
+/// list of Material
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> [material.name for material in lobes.presets()][:2]
+/// ['brown matte', 'white matte']
 #[pyfunction]
 pub(crate) fn presets() -> Vec<Material> {
     reflectance::presets().into_iter().map(Material).collect()
 }
 
 /// Fits a lobe and a Lambert body to measured values of a BRDF by least squares.
+///
+/// Parameters
+/// ----------
+/// lights, views : array_like, (n, 3)
+///     Of unit length, in the surface's frame.
+/// values : array_like, (n,)
+///     The BRDF, per steradian.
+/// weights : array_like, (n,), optional
+///     1 unless given.
+/// variant : str
+///     "ward1992", "duer", "gmd" or "sampled".
+/// widths : int
+///     1, or 2 for an anisotropic lobe.
+///
+/// Returns
+/// -------
+/// Fit
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> view, angles = [0.6, 0.0, 0.8], np.linspace(-1.4, 0.5, 40)
+/// >>> lights = np.stack([np.sin(angles), 0 * angles, np.cos(angles)], axis=-1)
+/// >>> values = 0.1 + 0.5 * lobes.Lobe("gmd", 0.15).evaluate(view, lights) / lights[:, 2]
+/// >>> fit = lobes.fit_lobe(lights, np.tile(view, (40, 1)), values, variant="gmd")
+/// >>> round(fit.sigma[0].value, 6)
+/// 0.15
 #[pyfunction]
 #[pyo3(signature = (lights, views, values, weights=None, variant="sampled", widths=1))]
 pub(crate) fn fit_lobe<'py>(
@@ -526,14 +875,48 @@ fn measurements<'py>(py: Python<'py>, all: &[Measurement]) -> PyResult<Bound<'py
     )
 }
 
-/// Reads a table of comma-separated theta_i, phi_i, theta_o, phi_o, value, with angles in degrees.
+/// Reads a table of measurements: theta_i, phi_i, theta_o, phi_o, value, with angles in degrees.
+///
+/// Parameters
+/// ----------
+/// path : str or path-like
+///
+/// Returns
+/// -------
+/// Measurements
+///
+/// Examples
+/// --------
+/// >>> import lobes, pathlib, tempfile
+/// >>> with tempfile.TemporaryDirectory() as folder:
+/// ...     path = pathlib.Path(folder, "table.csv")
+/// ...     _ = path.write_text("theta_i,phi_i,theta_o,phi_o,value\n30,0,45,180,0.2\n")
+/// ...     len(lobes.read_csv(path))
+/// 1
 #[pyfunction]
 pub(crate) fn read_csv(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let all = interrupt::run(py, move || fit::read_csv(&path))?.map_err(error)?;
     measurements(py, &all)
 }
 
-/// Reads one channel (0 red, 1 green, 2 blue) of a file of the MERL database.
+/// Reads one channel of a file of the MERL database.
+///
+/// Parameters
+/// ----------
+/// path : str or path-like
+/// channel : int
+///     0 red, 1 green, 2 blue.
+///
+/// Returns
+/// -------
+/// Measurements
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.read_merl("no-such-file.binary", 0)
+/// Traceback (most recent call last):
+/// FileNotFoundError: ...
 #[pyfunction]
 #[pyo3(signature = (path, channel))]
 pub(crate) fn read_merl(
@@ -545,14 +928,29 @@ pub(crate) fn read_merl(
     measurements(py, &all)
 }
 
-/// The kernel k_l, l = 0 … degree, that takes the coefficients of light to those of what it is
-/// reflected as, and its standard errors.
+/// The kernel that takes the coefficients of light to those of what it is reflected as.
+///
+/// Parameters
+/// ----------
+/// light, reflected : Coefficients or array_like, (count,)
+///
+/// Returns
+/// -------
+/// kernel, standard_errors : ndarray, (degree + 1,)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> light = lobes.random_field(np.ones(9), 1)
+/// >>> kernel, errors = lobes.recover_kernel(light, lobes.convolve_zonal(light, lobes.lambert(8)))
+/// >>> np.allclose(kernel, lobes.lambert(8), atol=1e-12)
+/// True
 #[pyfunction]
 pub(crate) fn recover_kernel<'py>(
     py: Python<'py>,
     light: &Bound<'py, PyAny>,
     reflected: &Bound<'py, PyAny>,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<TwoColumns<'py>> {
     let light = Sets::of(light, "the light")?;
     let shape = (light.degree, light.orders);
     let reflected = Sets::with_shape(reflected, "what is reflected", Some(shape))?;
@@ -567,6 +965,24 @@ pub(crate) fn recover_kernel<'py>(
 }
 
 /// Fits k_l = ρ_d A_l/π + ρ_s b_l(σ) to a kernel and its standard errors.
+///
+/// Parameters
+/// ----------
+/// kernel, standard_errors : array_like, (degree + 1,)
+///     As `recover_kernel` gives them.
+/// variant : str
+///     "ward1992", "duer", "gmd" or "sampled".
+///
+/// Returns
+/// -------
+/// Recovered
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> kernel = 0.3 * lobes.lambert(24) / np.pi + 0.2 * lobes.Lobe("gmd", 0.1).zonal(1.0, 24)
+/// >>> round(lobes.recover_lobe(kernel, np.full(25, 1e-6), "gmd").sigma.value, 3)
+/// 0.1
 #[pyfunction]
 #[pyo3(signature = (kernel, standard_errors, variant="sampled"))]
 pub(crate) fn recover_lobe<'py>(

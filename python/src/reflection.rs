@@ -11,12 +11,30 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::arrays::{Directions, Pixels, check_room, shape_name, shaped, vector};
+use crate::arrays::{Directions, Pixels, Two, check_room, shape_name, shaped, vector};
 use crate::illumination::EnvironmentMap;
 use crate::reflectance::Material;
 use crate::{error, interrupt, is_record, parallelism, record};
 
 /// A camera that looks at the centre of the sphere.
+///
+/// Parameters
+/// ----------
+/// towards : array_like, (3,), optional
+///     From the sphere's centre to the camera; +z unless given.
+/// up : array_like, (3,), optional
+///     What is upwards in the picture; +y unless given.
+/// distance : float, optional
+///     In radii of the sphere; far away unless given.
+/// roll : float
+///     How far it is turned about its line of sight, in radians, anticlockwise as it looks through
+///     it.
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.Camera(towards=[1, 0, 1], distance=4.0).distance
+/// 4.0
 #[pyclass(frozen, eq, module = "lobes", from_py_object)]
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Camera {
@@ -65,8 +83,6 @@ impl Camera {
 
 #[pymethods]
 impl Camera {
-    /// From far away, or from `distance` radii of the sphere, turned about its line of sight by
-    /// `roll` radians, anticlockwise as it looks through it.
     #[new]
     #[pyo3(signature = (towards=None, up=None, distance=None, roll=0.0))]
     fn new(
@@ -107,19 +123,45 @@ impl Camera {
         self.distance
     }
 
-    /// Turned further about its line of sight, in radians.
+    /// Turned further about its line of sight.
+    ///
+    /// Parameters
+    /// ----------
+    /// angle : float
+    ///     In radians.
+    ///
+    /// Returns
+    /// -------
+    /// Camera
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.Camera().rolled(0.5) == lobes.Camera(roll=0.5)
+    /// True
     fn rolled(&self, angle: f64) -> PyResult<Self> {
         Self::made(self.towards, self.up, self.distance, self.roll + angle)
     }
 
-    /// What the pixels of a picture see: normals and directions to the camera, each (size, size,
-    /// 3), NaN where a pixel misses the sphere.
-    #[expect(clippy::type_complexity, reason = "two arrays")]
-    fn shading_points<'py>(
-        &self,
-        py: Python<'py>,
-        size: usize,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    /// What the pixels of a picture see.
+    ///
+    /// Parameters
+    /// ----------
+    /// size : int
+    ///     Pixels a side.
+    ///
+    /// Returns
+    /// -------
+    /// normals, views : ndarray, (size, size, 3)
+    ///     In the world frame; NaN where a pixel misses the sphere.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> normals, views = lobes.Camera().shading_points(3)
+    /// >>> np.allclose(normals[1, 1], [0, 0, 1]) and np.allclose(views[1, 1], [0, 0, 1])
+    /// True
+    fn shading_points<'py>(&self, py: Python<'py>, size: usize) -> PyResult<Two<'py>> {
         check_size(size)?;
         check_room(12 * size * size, "the points of a picture")?;
         let missing = ShadingPoint {
@@ -231,6 +273,19 @@ pub(crate) fn shading_points(
 }
 
 /// A map prepared for rendering.
+///
+/// Parameters
+/// ----------
+/// map : EnvironmentMap
+/// threads : bool
+///     Whether all cores work; the answer is the same.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> renderer = lobes.Renderer(lobes.EnvironmentMap(np.ones((16, 32, 3)), "white"))
+/// >>> bool(abs(renderer.render(lobes.Material.white(), size=9).pixels[4, 4, 0] - 1) < 1e-3)
+/// True
 #[pyclass(frozen, module = "lobes")]
 pub(crate) struct Renderer {
     renderer: Arc<reflection::Renderer>,
@@ -260,6 +315,35 @@ impl Renderer {
     }
 
     /// A picture of a sphere, with the mask of where the sphere is and its estimated error.
+    ///
+    /// Parameters
+    /// ----------
+    /// material : Material
+    /// variant : str
+    ///     "ward1992", "duer", "gmd" or "sampled".
+    /// camera : Camera, optional
+    ///     Far away towards +z unless given.
+    /// size : int
+    ///     Pixels a side, at most 16384.
+    /// tolerance : float
+    ///     The relative error that is aimed at.
+    /// pixel_samples : int
+    ///     Points a side of each pixel, whose mean is taken.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// Rendering
+    ///     Of pixels (size, size, 3).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> renderer = lobes.Renderer(lobes.builtin()[0].resampled(32))
+    /// >>> sphere = renderer.render(lobes.presets()[4], size=16)
+    /// >>> sphere.pixels.shape, sphere.mask.shape
+    /// ((16, 16, 3), (16, 16))
     #[pyo3(signature = (material, variant="sampled", camera=None, size=128, tolerance=1e-3, pixel_samples=1, threads=true))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]
     fn render<'py>(
@@ -295,8 +379,33 @@ impl Renderer {
         picture(py, &rendering.image, rendering.error, camera)
     }
 
-    /// The radiance (…, 3) that is seen of normals (…, 3) from directions (…, 3), of unit length,
-    /// and its estimated error.
+    /// The radiance that is seen of given normals from given directions.
+    ///
+    /// Parameters
+    /// ----------
+    /// material : Material
+    /// normals, views : array_like, (…, 3)
+    ///     In the world frame, of unit length.
+    /// variant : str
+    ///     "ward1992", "duer", "gmd" or "sampled".
+    /// tolerance : float
+    ///     The relative error that is aimed at.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// radiance : ndarray, (…, 3)
+    /// error : float
+    ///     Estimated.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> renderer = lobes.Renderer(lobes.EnvironmentMap(np.ones((16, 32, 3))))
+    /// >>> radiance, error = renderer.radiance(lobes.Material.white(), [0, 1, 0], [0, 1, 0])
+    /// >>> np.allclose(radiance, 1, rtol=1e-3)
+    /// True
     #[pyo3(signature = (material, normals, views, variant="sampled", tolerance=1e-3, threads=true))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]
     fn radiance<'py>(
@@ -348,10 +457,29 @@ fn sphere_image(object: &Bound<'_, PyAny>) -> PyResult<SphereImage> {
     SphereImage::new(camera.camera, rows, values).map_err(error)
 }
 
-/// The paper's ten features of an image, (size, size, 3), of a sphere that fills it: v1 … v7 and
-/// B_0 of red, green and blue.
+/// The paper's ten features of a picture of a sphere that fills it: v1 … v7, and B_0 of red, green
+/// and blue.
 ///
-/// What stands outside of the sphere does not matter.
+/// Parameters
+/// ----------
+/// image : Rendering or array_like, (size, size, 3)
+///     Linear radiance; what stands outside of the sphere does not matter.
+/// continuation : str
+///     How the half of the sphere that is not seen is filled: "mirror", "half-turn", "zero" or
+///     "antipodal".
+///
+/// Returns
+/// -------
+/// ndarray, (10,)
+///     Named by `FEATURE_NAMES`.
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> renderer = lobes.Renderer(lobes.builtin()[0].resampled(32))
+/// >>> sphere = renderer.render(lobes.presets()[4], size=32)
+/// >>> lobes.features(sphere).shape
+/// (10,)
 #[pyfunction]
 #[pyo3(signature = (image, continuation="mirror"))]
 pub(crate) fn features<'py>(

@@ -35,7 +35,21 @@ fn each<'py>(
     Ok(out)
 }
 
-/// The average power of each degree, Σ_m f_lm² / (2l + 1), (…, degree + 1).
+/// The average power of each degree, Σ_m f_lm² / (2l + 1).
+///
+/// Parameters
+/// ----------
+/// coefficients : Coefficients or array_like, (…, count)
+///
+/// Returns
+/// -------
+/// ndarray, (…, degree + 1)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> lobes.average_power([2.0, 3.0, 0.0, 0.0])
+/// array([4., 3.])
 #[pyfunction]
 pub(crate) fn average_power<'py>(
     py: Python<'py>,
@@ -47,8 +61,22 @@ pub(crate) fn average_power<'py>(
     })
 }
 
-/// The average cross power of each degree, Σ_m a_lm b_lm / (2l + 1), (…, degree + 1), of two arrays
-/// of one shape.
+/// The average cross power of each degree, Σ_m a_lm b_lm / (2l + 1).
+///
+/// Parameters
+/// ----------
+/// a, b : Coefficients or array_like, (…, count)
+///     Of one degree, number of orders and shape.
+///
+/// Returns
+/// -------
+/// ndarray, (…, degree + 1)
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.cross_power([2.0, 3.0, 0.0, 0.0], [1.0, -1.0, 5.0, 0.0])
+/// array([ 2., -1.])
 #[pyfunction]
 pub(crate) fn cross_power<'py>(
     py: Python<'py>,
@@ -111,6 +139,22 @@ fn filtered<'py>(
 }
 
 /// Each degree times its factor: what a surface whose lobe has these transfers makes of light.
+///
+/// Parameters
+/// ----------
+/// coefficients : Coefficients or array_like, (…, count)
+/// factors : array_like, (degree + 1,)
+///     One or more for each degree.
+///
+/// Returns
+/// -------
+/// Coefficients, (…, count)
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.convolve_zonal([2.0, 3.0, 4.0, 5.0], [1.0, 0.5]).array
+/// array([2. , 1.5, 2. , 2.5])
 #[pyfunction]
 pub(crate) fn convolve_zonal<'py>(
     py: Python<'py>,
@@ -123,8 +167,24 @@ pub(crate) fn convolve_zonal<'py>(
     })
 }
 
-/// The inverse of `convolve_zonal`: times factor / (factor² + floor²), where the floor is the ratio
-/// of noise to signal.
+/// The inverse of `convolve_zonal`: each degree times factor / (factor² + floor²).
+///
+/// Parameters
+/// ----------
+/// coefficients : Coefficients or array_like, (…, count)
+/// factors : array_like, (degree + 1,)
+/// floor : float
+///     The ratio of noise to signal; 0 divides by the factor.
+///
+/// Returns
+/// -------
+/// Coefficients, (…, count)
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.deconvolve_zonal([2.0, 1.5, 2.0, 2.5], [1.0, 0.5]).array
+/// array([2., 3., 4., 5.])
 #[pyfunction]
 #[pyo3(signature = (coefficients, factors, floor=0.0))]
 pub(crate) fn deconvolve_zonal<'py>(
@@ -279,8 +339,27 @@ fn storage(order: &str) -> PyResult<Order> {
     )
 }
 
-/// The complex coefficients a_lm, m ≥ 0, (…, (degree + 1)(degree + 2)/2): those of healpy and ducc0
-/// unless another convention is named.
+/// The complex coefficients a_lm, m ≥ 0: those of healpy and ducc0 unless another convention is
+/// named.
+///
+/// Parameters
+/// ----------
+/// coefficients : Coefficients or array_like, (…, count)
+/// normalisation : str
+///     "orthonormal", "four-pi" or "schmidt".
+/// phase : str
+///     "plain" or "condon-shortley".
+///
+/// Returns
+/// -------
+/// ndarray of complex, (…, (degree + 1)(degree + 2)/2)
+///     By order m; for each m the degrees l from m on.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> np.allclose(lobes.to_complex([1, 2, -1, 1]), [1, 2, (1 + 1j) / np.sqrt(2)])
+/// True
 #[pyfunction]
 #[pyo3(signature = (coefficients, normalisation="orthonormal", phase="condon-shortley"))]
 pub(crate) fn to_complex<'py>(
@@ -301,6 +380,25 @@ pub(crate) fn to_complex<'py>(
 }
 
 /// From complex coefficients as `to_complex` gives them.
+///
+/// Parameters
+/// ----------
+/// coefficients : array_like of complex, (…, (degree + 1)(degree + 2)/2)
+///     a_lm for m ≥ 0, of a real function: those of m = 0 are real.
+/// normalisation : str
+///     "orthonormal", "four-pi" or "schmidt".
+/// phase : str
+///     "plain" or "condon-shortley".
+///
+/// Returns
+/// -------
+/// Coefficients, (…, (degree + 1)²)
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> np.allclose(lobes.from_complex([1, 2, (1 + 1j) / np.sqrt(2)]), [1, 2, -1, 1])
+/// True
 #[pyfunction]
 #[pyo3(signature = (coefficients, normalisation="orthonormal", phase="condon-shortley"))]
 pub(crate) fn from_complex<'py>(
@@ -335,9 +433,27 @@ pub(crate) fn from_complex<'py>(
     wrap_all(py, &shape, sets, (degree, degree))
 }
 
-/// Real coefficients of all orders, (…, (degree + 1)²), in another normalisation ("orthonormal",
-/// "four-pi", "schmidt"), phase ("plain", "condon-shortley") and order of storage ("by-order", or
-/// "by-degree": l² + l + m).
+/// Real coefficients of all orders in another convention.
+///
+/// Parameters
+/// ----------
+/// coefficients : Coefficients or array_like, (…, count)
+/// normalisation : str
+///     "orthonormal", "four-pi" or "schmidt".
+/// phase : str
+///     "plain" or "condon-shortley".
+/// order : str
+///     "by-order", or "by-degree": l² + l + m.
+///
+/// Returns
+/// -------
+/// ndarray, (…, (degree + 1)²)
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.to_real([1.0, 2.0, 3.0, 4.0])  # 1, z, x, y
+/// array([1., 4., 2., 3.])
 #[pyfunction]
 #[pyo3(signature = (coefficients, normalisation="orthonormal", phase="plain", order="by-degree"))]
 pub(crate) fn to_real<'py>(
@@ -356,6 +472,26 @@ pub(crate) fn to_real<'py>(
 }
 
 /// From real coefficients as `to_real` gives them.
+///
+/// Parameters
+/// ----------
+/// coefficients : array_like, (…, (degree + 1)²)
+/// normalisation : str
+///     "orthonormal", "four-pi" or "schmidt".
+/// phase : str
+///     "plain" or "condon-shortley".
+/// order : str
+///     "by-order", or "by-degree": l² + l + m.
+///
+/// Returns
+/// -------
+/// Coefficients, (…, (degree + 1)²)
+///
+/// Examples
+/// --------
+/// >>> import lobes
+/// >>> lobes.from_real([1.0, 4.0, 2.0, 3.0]).array
+/// array([1., 2., 3., 4.])
 #[pyfunction]
 #[pyo3(signature = (coefficients, normalisation="orthonormal", phase="plain", order="by-degree"))]
 pub(crate) fn from_real<'py>(
@@ -388,6 +524,19 @@ pub(crate) fn from_real<'py>(
 }
 
 /// A mask that depends on the angle from the pole only.
+///
+/// Parameters
+/// ----------
+/// inner : float
+///     It is 1 for angles below, in radians.
+/// outer : float, optional
+///     Where it has fallen to 0, as cos²; without it a cap ends at `inner`.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> np.round(lobes.Mask(1.0, 2.0).value([0.5, 1.5, 2.5]), 12)
+/// array([1. , 0.5, 0. ])
 #[pyclass(frozen, eq, from_py_object, module = "lobes")]
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Mask {
@@ -408,8 +557,6 @@ impl Mask {
 
 #[pymethods]
 impl Mask {
-    /// 1 for angles below `inner`, in radians, falling as cos² to 0 at `outer`; without it a cap
-    /// that ends at `inner`.
     #[new]
     #[pyo3(signature = (inner, outer=None))]
     fn new(inner: f64, outer: Option<f64>) -> PyResult<Self> {
@@ -435,7 +582,22 @@ impl Mask {
         self.outer
     }
 
-    /// Its value at angles from the pole, in radians.
+    /// Its value at angles from the pole.
+    ///
+    /// Parameters
+    /// ----------
+    /// theta : array_like, any shape
+    ///     In radians.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, of that shape
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes
+    /// >>> lobes.Mask(1.0).value([0.5, 1.5])
+    /// array([1., 0.])
     fn value<'py>(
         &self,
         py: Python<'py>,
@@ -450,7 +612,24 @@ impl Mask {
         shaped(py, theta.shape(), values.collect())
     }
 
-    /// Maps (…, rings, columns) of a transform's grid times the mask.
+    /// Maps times the mask.
+    ///
+    /// Parameters
+    /// ----------
+    /// transform : Transform
+    ///     Whose grid the maps are of.
+    /// maps : array_like, (…, rings, columns), or (…, pixels) on HEALPix
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, of that shape
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.Transform("clenshaw-curtis", 3, 4, 1)
+    /// >>> lobes.Mask(1.0).apply(transform, np.ones((3, 4)))[:, 0]
+    /// array([1., 0., 0.])
     fn apply<'py>(
         &self,
         py: Python<'py>,
@@ -486,6 +665,20 @@ impl Mask {
 }
 
 /// How a mask couples the degrees of what it leaves.
+///
+/// Parameters
+/// ----------
+/// mask : Mask
+///     Of one that depends on the angle from the pole; `Coupling.from_power` is for any other.
+/// degree : int
+///     At most 1024.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> coupling = lobes.Coupling(lobes.Mask(np.pi), 4)  # the whole sphere
+/// >>> np.allclose(coupling.matrix, np.eye(5))
+/// True
 #[pyclass(frozen, module = "lobes")]
 pub(crate) struct Coupling {
     coupling: Couplings,
@@ -570,6 +763,22 @@ impl Coupling {
     }
 
     /// The mean power of the masked field, of a field of this power over the whole sphere.
+    ///
+    /// Parameters
+    /// ----------
+    /// power : array_like, (degree + 1,)
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (degree + 1,)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> coupling = lobes.Coupling(lobes.Mask(1.5), 4)
+    /// >>> power = np.ones(5)
+    /// >>> np.allclose(coupling.couple(power), coupling.matrix @ power)
+    /// True
     fn couple<'py>(
         &self,
         py: Python<'py>,
@@ -581,12 +790,30 @@ impl Coupling {
         Ok(PyArray1::from_vec(py, coupled))
     }
 
-    /// The power of the whole sphere in bands, from that of the masked field: band b holds the
-    /// degrees `edges[b]` … `edges[b + 1]` − 1.
+    /// The power of the whole sphere in bands, from that of the masked field.
     ///
-    /// Within a band the power is taken as `shape`, a number for each degree, times the one unknown
-    /// that comes back; constant unless given. The masked power of a band is the mean under `weights`,
-    /// a number for each degree; 2l + 1 unless given.
+    /// Parameters
+    /// ----------
+    /// masked : array_like, (degree + 1,)
+    ///     The average power of the masked field.
+    /// edges : sequence of int
+    ///     Band b holds the degrees edges[b] … edges[b + 1] − 1.
+    /// shape : array_like, (degree + 1,), optional
+    ///     Within a band the power is taken as this times the one unknown that comes back; constant
+    ///     unless given.
+    /// weights : array_like, (degree + 1,), optional
+    ///     The masked power of a band is the mean under these; 2l + 1 unless given.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, (bands,)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> coupling = lobes.Coupling(lobes.Mask(2.0), 11)
+    /// >>> np.allclose(coupling.decouple(coupling.couple(np.ones(12)), [0, 4, 8, 12]), 1)
+    /// True
     #[pyo3(signature = (masked, edges, shape=None, weights=None))]
     fn decouple<'py>(
         &self,

@@ -22,6 +22,22 @@ class Coefficients:
     `array` holds them in its last dimension, stored by order m: for each m the degrees l = m … degree, first of cos mφ, then, for m > 0, of
     sin mφ. Without a degree an array of all orders tells it by its length, (degree + 1)². NumPy's functions take coefficients as that array;
     sums, differences and multiples of coefficients are coefficients.
+
+    Parameters
+    ----------
+    array : array_like, (…, count)
+        Real numbers.
+    degree : int, optional
+        The largest l; the length tells it unless given.
+    orders : int, optional
+        The largest |m|; the degree unless given.
+
+    Examples
+    --------
+    >>> import lobes
+    >>> f = lobes.Coefficients([1.0, 2.0, 3.0, 4.0])
+    >>> f, float((2 * f).get(1, -1))
+    (<Coefficients of degree 1, orders 1>, 8.0)
     """
 
     __slots__ = ("array", "degree", "orders")
@@ -54,7 +70,25 @@ class Coefficients:
 
     @classmethod
     def zeros(cls, degree: int, orders: int | None = None, shape: tuple[int, ...] = ()) -> Coefficients:
-        """All zero, for a batch of this shape."""
+        """All zero, for a batch of this shape.
+
+        Parameters
+        ----------
+        degree : int
+        orders : int, optional
+            The degree unless given.
+        shape : tuple of int
+
+        Returns
+        -------
+        Coefficients, (*shape, count)
+
+        Examples
+        --------
+        >>> import lobes
+        >>> lobes.Coefficients.zeros(3, shape=(2,))
+        <Coefficients of degree 3, orders 3, batch of (2,)>
+        """
         degree = _index(degree, "degree")
         orders = degree if orders is None else min(_index(orders, "orders"), degree)
         return cls(np.zeros((*shape, _count(degree, orders))), degree, orders)
@@ -65,7 +99,25 @@ class Coefficients:
         return self.array.shape[:-1]
 
     def index(self, l: int, m: int) -> int:
-        """Where f_lm is in the last dimension of `array`; an `IndexError` where it is not held."""
+        """Where f_lm is in the last dimension of `array`; an `IndexError` where it is not held.
+
+        Parameters
+        ----------
+        l : int
+        m : int
+            Negative for sin |m|φ.
+
+        Returns
+        -------
+        int
+
+        Examples
+        --------
+        >>> import lobes
+        >>> f = lobes.Coefficients.zeros(2)
+        >>> [f.index(l, m) for l, m in [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (1, -1), (2, -1), (2, 2), (2, -2)]]
+        [0, 1, 2, 3, 4, 5, 6, 7, 8]
+        """
         l, m = operator.index(l), operator.index(m)
         order = abs(m)
         if not (0 <= order <= l <= self.degree and order <= self.orders):
@@ -74,14 +126,46 @@ class Coefficients:
         return start + (self.degree + 1 - order if m < 0 else 0) + l - order
 
     def get(self, l: int, m: int) -> Any:
-        """f_lm of each function; 0 where |m| is beyond the orders, or l beyond the degree."""
+        """f_lm of each function; 0 where |m| is beyond the orders, or l beyond the degree.
+
+        Parameters
+        ----------
+        l : int
+        m : int
+            Negative for sin |m|φ.
+
+        Returns
+        -------
+        float or ndarray, of the batch's shape
+
+        Examples
+        --------
+        >>> import lobes
+        >>> float(lobes.Coefficients([1.0, 2.0, 3.0, 4.0]).get(1, 0))
+        2.0
+        """
         l, m = operator.index(l), operator.index(m)
         if abs(m) <= l and (l > self.degree or abs(m) > self.orders):
             return np.zeros(self.shape)[()]
         return self.array[..., self.index(l, m)]
 
     def with_degree(self, degree: int) -> Coefficients:
-        """The same functions, cut or continued with zeros, with all orders that they have."""
+        """The same functions, cut or continued with zeros, with all orders that they have.
+
+        Parameters
+        ----------
+        degree : int
+
+        Returns
+        -------
+        Coefficients, (…, count)
+
+        Examples
+        --------
+        >>> import lobes
+        >>> lobes.Coefficients([1.0, 2.0, 3.0, 4.0]).with_degree(0).array
+        array([1.])
+        """
         other = Coefficients.zeros(degree, self.orders, self.shape)
         least = min(self.degree, other.degree)
         for m in range(-other.orders, other.orders + 1):
@@ -159,6 +243,11 @@ class Coefficients:
 
     def __copy__(self) -> Coefficients:
         return Coefficients(self.array.copy(), self.degree, self.orders)
+
+    def _repr_png_(self) -> bytes | None:
+        from ._show import coefficients_png
+
+        return coefficients_png(self)
 
     def __repr__(self) -> str:
         batch = f", batch of {self.shape}" if self.shape else ""

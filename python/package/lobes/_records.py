@@ -63,6 +63,11 @@ class LightSpectrum(_Arrays):
     clipped_eta: float | None
     """η of the luminance with the brightest 0.2 % of the sphere clipped."""
 
+    def _repr_html_(self) -> str:
+        from ._show import spectrum_html
+
+        return spectrum_html(self)
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -146,13 +151,35 @@ class Rendering(_Arrays):
         return self.pixels.copy() if copy else self.pixels
 
     def write(self, path: str | os.PathLike[str], exposure: float = 1.0) -> None:
-        """Writes an OpenEXR file of linear radiance, or a PNG of sRGB codes that is transparent outside of the sphere, as the name ends."""
+        """Writes an OpenEXR file of linear radiance, or a PNG of sRGB codes that is transparent outside of the sphere, as the name ends.
+
+        Parameters
+        ----------
+        path : str or path-like
+            Ends in .exr or .png.
+        exposure : float
+            What the radiance is multiplied by.
+
+        Examples
+        --------
+        >>> import lobes, os, tempfile
+        >>> sphere = lobes.Renderer(lobes.builtin()[0].resampled(32)).render(lobes.presets()[4], size=16)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     sphere.write(f"{folder}/sphere.png")
+        ...     os.listdir(folder)
+        ['sphere.png']
+        """
         if os.fspath(path).lower().endswith(".png"):
             write_png(path, self.pixels, self.mask, exposure)
         elif os.fspath(path).lower().endswith(".exr"):
             write_exr(path, exposure * self.pixels)
         else:
             raise ValueError(f"{os.fspath(path)!r} ends in neither .exr nor .png, which are the formats that are written")
+
+    def _repr_png_(self) -> bytes:
+        from ._show import png
+
+        return png(self.pixels, self.mask)
 
     def __repr__(self) -> str:
         return f"<Rendering of {len(self.pixels)} × {len(self.pixels)} pixels, error {self.error:.2g}>"
@@ -182,6 +209,11 @@ class FinishVerdict:
     saturated: float
     """The share of the ball that is saturated."""
 
+    def _repr_html_(self) -> str:
+        from ._show import bars_html
+
+        return bars_html({**self.finishes, "no single finish": self.no_single_finish})
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -210,6 +242,11 @@ class Verdict(_Arrays):
     """The share of the sphere that is saturated."""
     grey: bool
     """Whether it was judged without colour."""
+
+    def _repr_html_(self) -> str:
+        from ._show import bars_html
+
+        return bars_html({**self.probabilities, "none of these": self.none})
 
     def __repr__(self) -> str:
         best = "none of these" if self.material is None else repr(self.material)
