@@ -24,6 +24,7 @@ mod field;
 mod ggx;
 mod healpix;
 mod invariance;
+mod judgement;
 mod legendre;
 mod map;
 mod masks;
@@ -158,6 +159,7 @@ pub fn contracts() -> Vec<Contract> {
         colorimetry::contracts(),
         pipeline::contracts(),
         evaluation::contracts(),
+        judgement::contracts(),
     ]
     .concat()
 }
