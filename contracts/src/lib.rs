@@ -28,6 +28,7 @@ mod judgement;
 mod legendre;
 mod map;
 mod masks;
+mod peers;
 mod picture;
 mod pipeline;
 mod radiance;
@@ -145,6 +146,7 @@ pub fn contracts() -> Vec<Contract> {
         healpix::contracts(),
         masks::contracts(),
         convention::contracts(),
+        peers::contracts(),
         invariance::contracts(),
         reflectance::contracts(),
         beckmann::contracts(),

@@ -228,7 +228,9 @@ impl Coefficients {
                     }
                     f.set(l, 0, a.re / factor)?;
                 } else {
-                    let a = a * (SQRT_2 / factor);
+                    // By the very factor that `to_complex` multiplies by, so that as much as can
+                    // comes back to the bit.
+                    let a = a / (factor / SQRT_2);
                     f.set(l, m as isize, a.re)?;
                     f.set(l, -(m as isize), -a.im)?;
                 }
