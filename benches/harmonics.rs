@@ -11,7 +11,9 @@ use std::time::{Duration, Instant};
 use criterion::{BenchmarkId, Criterion};
 use lobes::Parallelism;
 use lobes::glam::{DQuat, DVec3};
-use lobes::harmonics::{Basis, Coefficients, Rotation, Transform};
+use lobes::harmonics::{
+    Basis, Coefficients, Rotation, ScatteredTransform, SplatBasis, SplatRotation, Transform,
+};
 use lobes::sphere::Grid;
 
 /// Numbers in [−1, 1) that `scripts/bench-peers` makes too.
@@ -43,6 +45,27 @@ fn turn() -> DQuat {
 /// Four values of a result, a fifth of it apart.
 fn samples(values: &[f64]) -> [f64; 4] {
     std::array::from_fn(|i| values[(i + 1) * values.len() / 5])
+}
+
+const OPERATIONS: [&str; 13] = [
+    "synthesis",
+    "analysis",
+    "rotation",
+    "values",
+    "gradients",
+    "splats",
+    "splats-each",
+    "plan-1e-6",
+    "plan-1e-12",
+    "sums-1e-6",
+    "sums-1e-12",
+    "adjoint-1e-6",
+    "adjoint-1e-12",
+];
+
+/// The tolerance at the end of an operation's name.
+fn tolerance_of(name: &str) -> f64 {
+    if name.ends_with("-12") { 1e-12 } else { 1e-6 }
 }
 
 /// One operation, ready to run.
@@ -106,13 +129,52 @@ fn operation(
                     .map(|()| samples(&gradients))
             })
         }
+        "splats" | "splats-each" => {
+            let plan = SplatRotation::new(degree, SplatBasis::Inria)?;
+            let mut sets: Vec<f32> = numbers(1, batch * count)
+                .iter()
+                .map(|x| *x as f32)
+                .collect();
+            let turns: Vec<DQuat> = directions(if name == "splats" { 1 } else { batch })
+                .into_iter()
+                .map(|axis| DQuat::from_axis_angle(axis, 0.7))
+                .collect();
+            Box::new(move || {
+                plan.rotate(&mut sets, &turns, parallelism)?;
+                Ok(std::array::from_fn(|i| f64::from(sets[i])))
+            })
+        }
+        // Of so many directions to a tolerance: their plan, sums, and the adjoint.
+        "plan-1e-6" | "plan-1e-12" => {
+            let (directions, tolerance) = (directions(batch), tolerance_of(name));
+            Box::new(move || {
+                ScatteredTransform::new(degree, &directions, tolerance, parallelism)
+                    .map(|plan| [plan.scratch_len() as f64; 4])
+            })
+        }
+        "sums-1e-6" | "sums-1e-12" | "adjoint-1e-6" | "adjoint-1e-12" => {
+            let (directions, tolerance) = (directions(batch), tolerance_of(name));
+            let plan = ScatteredTransform::new(degree, &directions, tolerance, parallelism)?;
+            let mut set = numbers(1, count);
+            let mut values = numbers(2, batch);
+            let mut scratch = vec![0.0; plan.scratch_len()];
+            if name.starts_with("sums") {
+                Box::new(move || {
+                    plan.synthesise_into(&set, &mut values, &mut scratch, parallelism)
+                        .map(|()| samples(&values))
+                })
+            } else {
+                Box::new(move || {
+                    plan.synthesise_adjoint_into(&values, &mut set, &mut scratch, parallelism)
+                        .map(|()| samples(&set))
+                })
+            }
+        }
         other => {
             return Err(lobes::Error::UnknownName {
                 what: "operation",
                 name: other.into(),
-                names: ["synthesis", "analysis", "rotation", "values", "gradients"]
-                    .map(String::from)
-                    .into(),
+                names: OPERATIONS.map(String::from).into(),
             });
         }
     })
@@ -171,6 +233,22 @@ fn benchmark(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::from_parameter(degree), |b| b.iter(&mut run));
         }
     }
+    let mut group = criterion.benchmark_group("ten million sets in f32");
+    group.sample_size(10);
+    for name in ["splats", "splats-each"] {
+        if let Ok(mut run) = operation(name, 3, 10_000_000, Parallelism::Sequential) {
+            group.bench_function(BenchmarkId::new(name, 3), |b| b.iter(&mut run));
+        }
+    }
+    group.finish();
+    let mut group = criterion.benchmark_group("a million directions, degree 255");
+    group.sample_size(10);
+    for name in &OPERATIONS[7..] {
+        if let Ok(mut run) = operation(name, 255, 1_000_000, Parallelism::Sequential) {
+            group.bench_function(*name, |b| b.iter(&mut run));
+        }
+    }
+    group.finish();
     for name in ["values", "gradients"] {
         let mut group = criterion.benchmark_group(format!("{name} at 1000 directions"));
         for degree in [8, 16, 45] {

@@ -213,6 +213,16 @@ pub enum Error {
         /// The matrix.
         what: String,
     },
+    /// One of several quaternions that should be of unit length is not.
+    #[error("{what} at index {index} has the length {length}; give those of length 1")]
+    NotUnit {
+        /// What is not of unit length.
+        what: &'static str,
+        /// Its index.
+        index: usize,
+        /// Its length.
+        length: f64,
+    },
     /// An iteration came to no end.
     #[error("{what} did not settle in {steps} steps; start from less noisy data")]
     NotConverged {

@@ -35,8 +35,10 @@ mod radiance;
 mod reflectance;
 mod render;
 mod rotation;
+mod scattered;
 mod spectrum;
 mod sphere;
+mod splat;
 mod transform;
 mod view_operator;
 mod ward_mitsuba;
@@ -140,6 +142,8 @@ pub fn contracts() -> Vec<Contract> {
         transform::contracts(),
         convolution::contracts(),
         rotation::contracts(),
+        splat::contracts(),
+        scattered::contracts(),
         wigner::contracts(),
         complex::contracts(),
         field::contracts(),

@@ -3,8 +3,9 @@
 use glam::DVec3;
 use nalgebra::DMatrix;
 
-use super::coefficients::Coefficients;
-use super::point::Basis;
+use super::coefficients::{Coefficients, coefficient_count};
+use super::point::{Basis, DOUBLE_DEGREE};
+use super::scattered::ScatteredTransform;
 use super::transform::Transform;
 use crate::error::{allocate, check_finite, check_length};
 use crate::{Error, Parallelism, Result};
@@ -130,7 +131,8 @@ impl Basis {
     /// weight: for samples anywhere, and for any pixelisation.
     ///
     /// As [`Transform::analyse_least_squares`]. Where directions are few or leave a part of the
-    /// sphere empty the condition is large, and the fit worth as little.
+    /// sphere empty the condition is large, and the fit worth as little. Many directions go through a
+    /// [`ScatteredTransform`] of the tolerance 10⁻¹³.
     ///
     /// ```
     /// use lobes::{Parallelism, glam::DVec3, harmonics::Basis};
@@ -159,6 +161,10 @@ impl Basis {
     ) -> Result<LeastSquares> {
         check_length("the values at directions", directions.len(), values.len())?;
         let degree = self.degree();
+        if self.count().saturating_mul(directions.len()) > quick_from(degree) {
+            return ScatteredTransform::new(degree, directions, 1e-13, parallelism)?
+                .analyse_least_squares(values, tolerance, parallelism);
+        }
         let mut set = Coefficients::try_zeros(degree, degree)?;
         let values = solve(
             self.count(),
@@ -174,6 +180,60 @@ impl Basis {
                 out.copy_from_slice(sums.as_slice());
                 Ok(())
             },
+        )?;
+        values.with_orders(degree, degree)
+    }
+}
+
+/// From how many harmonics at directions on a fit goes by a [`ScatteredTransform`]: its plan takes some
+/// 10 ms, as long as a few steps one by one.
+fn quick_from(degree: usize) -> usize {
+    if degree <= DOUBLE_DEGREE {
+        10_000_000
+    } else {
+        1_000_000
+    }
+}
+
+impl ScatteredTransform {
+    /// The coefficients whose values at the directions are nearest to `values`, each of the same
+    /// weight, as [`Basis::analyse_least_squares`] finds them: each step of it takes two sums of this
+    /// plan, whose tolerance is also the fit's.
+    ///
+    /// ```
+    /// use lobes::{Parallelism, glam::DVec3};
+    /// use lobes::harmonics::{ScatteredTransform, random_field};
+    /// let directions: Vec<_> = (0..2000)
+    ///     .map(f64::from)
+    ///     .map(|i| DVec3::new(i.sin(), (1.3 * i).cos(), (0.7 * i).sin()))
+    ///     .collect();
+    /// let (f, one) = (random_field(&[1.0; 9], 1)?, Parallelism::Sequential);
+    /// let plan = ScatteredTransform::new(8, &directions, 1e-12, one)?;
+    /// let fit = plan.analyse_least_squares(&plan.synthesise(&f, one)?, 1e-12, one)?;
+    /// assert!(fit.residual < 1e-10);
+    /// assert!((fit.coefficients.get(5, -3) - f.get(5, -3)).abs() < 1e-9);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Basis::analyse_least_squares`]; [`Error::Memory`] where there is none.
+    pub fn analyse_least_squares(
+        &self,
+        values: &[f64],
+        tolerance: f64,
+        parallelism: Parallelism,
+    ) -> Result<LeastSquares> {
+        check_length("the values at directions", self.directions(), values.len())?;
+        let degree = self.degree();
+        let mut scratch = allocate("the scratch", self.scratch_len())?;
+        let other = &mut allocate("the scratch", self.scratch_len())?;
+        let values = solve(
+            coefficient_count(degree, degree),
+            values,
+            &vec![1.0; values.len()],
+            tolerance,
+            |set, out| self.synthesise_into(set, out, &mut scratch, parallelism),
+            |given, out| self.synthesise_adjoint_into(given, out, other, parallelism),
         )?;
         values.with_orders(degree, degree)
     }

@@ -19,6 +19,7 @@ mod complex;
 mod convention;
 mod derivative;
 mod euler;
+mod kaiser_bessel;
 mod kernel;
 mod least_squares;
 pub mod legendre;
@@ -30,8 +31,10 @@ mod random;
 mod recurrence;
 mod ring_fft;
 mod rotation;
+mod scattered;
 mod simd;
 mod spectrum;
+mod splat;
 mod transform;
 pub mod wigner;
 mod work;
@@ -46,7 +49,9 @@ pub use partial::{Coupling, MAX_CONDITION, MAX_COUPLING_DEGREE, Mask};
 pub use point::{Basis, MAX_BASIS_DEGREE, evaluate, evaluate_all};
 pub use random::random_field;
 pub use rotation::{MAX_ROTATION_DEGREE, Rotation};
+pub use scattered::ScatteredTransform;
 pub use spectrum::{
     average_power, convolve_zonal, cross_power, deconvolve_zonal, gaussian_beam, zonal_factor,
 };
+pub use splat::{MAX_SPLAT_DEGREE, SplatBasis, SplatNumber, SplatRotation};
 pub use transform::{MAX_DEGREE, Transform};

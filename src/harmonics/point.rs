@@ -20,7 +20,7 @@ use crate::{Error, Parallelism, Result, vectors};
 pub const MAX_BASIS_DEGREE: usize = 2048;
 
 /// Beyond this degree the recurrence runs in double-double arithmetic.
-const DOUBLE_DEGREE: usize = 48;
+pub(super) const DOUBLE_DEGREE: usize = 48;
 
 /// The values are carried multiplied by this, so that no P̄_mm that matters later underflows: the
 /// smallest, at m = 2048/e, is 10⁻³²⁷.
@@ -434,7 +434,7 @@ pub fn evaluate(coefficients: &Coefficients, direction: DVec3) -> Result<f64> {
     Ok(value[0])
 }
 
-fn check_directions(directions: &[DVec3]) -> Result<()> {
+pub(super) fn check_directions(directions: &[DVec3]) -> Result<()> {
     for direction in directions {
         let length = direction.length();
         if !(length > 0.0 && length.is_finite()) {

@@ -15,6 +15,8 @@ mod harmonics_field;
 mod harmonics_healpix;
 mod harmonics_masks;
 mod harmonics_partial;
+mod harmonics_scattered;
+mod harmonics_splat;
 mod harmonics_wigner;
 mod illumination;
 mod illumination_files;

@@ -3,7 +3,9 @@
 use lobes::Parallelism;
 use lobes::features::{Modes, RingLayout};
 use lobes::glam::{DQuat, DVec3};
-use lobes::harmonics::{Basis, Coefficients, Rotation, Transform};
+use lobes::harmonics::{
+    Basis, Coefficients, Rotation, ScatteredTransform, SplatBasis, SplatRotation, Transform,
+};
 use lobes::illumination::{EnvironmentMap, LightSpectrum};
 use lobes::inference::{
     BrightLights, Model, Plan, RandomReflectances, ReflectanceGrid, Training, TrainingPlan,
@@ -206,6 +208,34 @@ fn learning_and_reading() {
         values.extend(&verdict.probabilities);
         values.push(verdict.none);
         values.extend(verdict.posterior.probabilities());
+        values
+    });
+}
+
+#[test]
+fn splats() {
+    let plan = SplatRotation::new(3, SplatBasis::Inria).unwrap();
+    let sets = noise(5000 * 16, 6);
+    let numbers = noise(4 * 2500, 7);
+    let of = |q: &[f64]| DQuat::from_xyzw(q[0], q[1], q[2], q[3]).normalize();
+    let turns: Vec<_> = numbers.chunks(4).map(of).collect();
+    check("rotation of splats", |threads| {
+        let mut sets = sets.clone();
+        plan.rotate(&mut sets, &turns, threads).unwrap();
+        sets
+    });
+}
+
+#[test]
+fn scattered_directions() {
+    let numbers = noise(3 * 20_000, 8);
+    let directions: Vec<_> = numbers.chunks(3).map(DVec3::from_slice).collect();
+    let f = Coefficients::from_vec(90, 90, noise(91 * 91, 9)).unwrap();
+    check("sums at scattered directions and back", |threads| {
+        let plan = ScatteredTransform::new(90, &directions, 1e-9, threads).unwrap();
+        let mut values = plan.synthesise(&f, threads).unwrap();
+        let back = plan.synthesise_adjoint(&values, threads).unwrap();
+        values.extend(back.as_slice());
         values
     });
 }
