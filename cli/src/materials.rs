@@ -215,7 +215,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<AnyMaterial>> {
                 index,
                 extinction,
             } => {
-                let Some(fresnel) = fresnel(f0, index, extinction) else {
+                let Some(fresnel) = Fresnel::of_channels(f0, index, extinction) else {
                     return Err(Error::file(
                         path,
                         format!("material {name:?} does not say what its facets reflect"),
@@ -249,25 +249,6 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<AnyMaterial>> {
         ));
     }
     Ok(materials)
-}
-
-/// What facets reflect; none where too little or too much is said.
-fn fresnel(
-    f0: Option<[f64; 3]>,
-    index: Option<[f64; 3]>,
-    extinction: Option<[f64; 3]>,
-) -> Option<[Fresnel; 3]> {
-    Some(match (f0, index, extinction) {
-        (Some(f0), None, None) => f0.map(|normal| Fresnel::Schlick { normal }),
-        (None, Some(index), None) => index.map(|index| Fresnel::Dielectric { index }),
-        (None, Some(index), Some(extinction)) => {
-            std::array::from_fn(|channel| Fresnel::Conductor {
-                index: index[channel],
-                extinction: extinction[channel],
-            })
-        }
-        _ => return None,
-    })
 }
 
 #[cfg(test)]

@@ -53,21 +53,11 @@ impl GgxMaterial {
         index: Option<[f64; 3]>,
         extinction: Option<[f64; 3]>,
     ) -> PyResult<Self> {
-        let fresnel = match (f0, index, extinction) {
-            (Some(f0), None, None) => f0.map(|normal| Fresnel::Schlick { normal }),
-            (None, Some(index), None) => index.map(|index| Fresnel::Dielectric { index }),
-            (None, Some(index), Some(extinction)) => {
-                std::array::from_fn(|channel| Fresnel::Conductor {
-                    index: index[channel],
-                    extinction: extinction[channel],
-                })
-            }
-            _ => {
-                return Err(PyValueError::new_err(
-                    "what the facets reflect is given by f0, by index, or by index and extinction",
-                ));
-            }
-        };
+        let fresnel = Fresnel::of_channels(f0, index, extinction).ok_or_else(|| {
+            PyValueError::new_err(
+                "what the facets reflect is given by f0, by index, or by index and extinction",
+            )
+        })?;
         reflectance::GgxMaterial::new(name, diffuse, alpha, fresnel)
             .map(Self)
             .map_err(error)

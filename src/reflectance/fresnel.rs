@@ -87,6 +87,34 @@ impl TryFrom<StoredFresnel> for Fresnel {
 }
 
 impl Fresnel {
+    /// Three channels from what files and calls say of them: F₀ along the normal alone (Schlick), an
+    /// index alone (a dielectric), or an index and an extinction (a conductor); none where too little
+    /// or too much is said. Values are not looked at: [`check`](Self::check).
+    ///
+    /// ```
+    /// use lobes::reflectance::Fresnel;
+    /// let glass = Fresnel::of_channels(None, Some([1.5; 3]), None);
+    /// assert_eq!(glass, Some([Fresnel::Dielectric { index: 1.5 }; 3]));
+    /// assert_eq!(Fresnel::of_channels(Some([0.04; 3]), Some([1.5; 3]), None), None);
+    /// ```
+    pub fn of_channels(
+        f0: Option<[f64; 3]>,
+        index: Option<[f64; 3]>,
+        extinction: Option<[f64; 3]>,
+    ) -> Option<[Self; 3]> {
+        match (f0, index, extinction) {
+            (Some(f0), None, None) => Some(f0.map(|normal| Self::Schlick { normal })),
+            (None, Some(index), None) => Some(index.map(|index| Self::Dielectric { index })),
+            (None, Some(index), Some(extinction)) => {
+                Some([0, 1, 2].map(|channel| Self::Conductor {
+                    index: index[channel],
+                    extinction: extinction[channel],
+                }))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether every parameter is allowed.
     ///
     /// # Errors
