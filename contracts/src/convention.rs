@@ -121,13 +121,13 @@ fn complex(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 
 /// Which of its conventions a library was asked for.
 #[derive(Deserialize)]
-struct Named {
-    normalisation: String,
-    condon_shortley: bool,
+pub(super) struct Named {
+    pub(super) normalisation: String,
+    pub(super) condon_shortley: bool,
 }
 
 impl Named {
-    fn convention(&self) -> Result<Convention> {
+    pub(super) fn convention(&self) -> Result<Convention> {
         Ok(Convention {
             normalisation: match self.normalisation.as_str() {
                 "4pi" => Normalisation::FourPi,
@@ -137,7 +137,7 @@ impl Named {
                     return Err(Error::UnknownName {
                         what: "normalisation",
                         name: other.into(),
-                        names: ["ortho", "schmidt"].map(String::from).into(),
+                        names: ["4pi", "ortho", "schmidt"].map(String::from).into(),
                     });
                 }
             },

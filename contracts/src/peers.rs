@@ -4,14 +4,14 @@ use std::f64::consts::{PI, SQRT_2};
 
 use serde::Deserialize;
 
+use super::convention::Named;
 use super::generator::uniform;
 use super::metric::ulp;
 use super::{Contract, Metric, Oracle, Snapshots, Tally};
 use lobes::glam::{DQuat, DVec3};
 use lobes::harmonics::{
-    Basis, Coefficients, ComplexCoefficients, Convention, Coupling, Normalisation, Order, Phase,
-    Rotation, Transform, average_power, coefficient_count, convolve_zonal, cross_power,
-    gaussian_beam, legendre, wigner,
+    Basis, Coefficients, ComplexCoefficients, Convention, Coupling, Order, Rotation, Transform,
+    average_power, coefficient_count, convolve_zonal, cross_power, gaussian_beam, legendre, wigner,
 };
 use lobes::num_complex::Complex64;
 use lobes::sphere::Grid;
@@ -183,38 +183,6 @@ pub(super) fn contracts() -> Vec<Contract> {
     ]
 }
 
-/// Which of its conventions a library was asked for.
-#[derive(Deserialize)]
-struct Named {
-    normalisation: String,
-    condon_shortley: bool,
-}
-
-impl Named {
-    fn convention(&self) -> Result<Convention> {
-        let phase = if self.condon_shortley {
-            Phase::CondonShortley
-        } else {
-            Phase::Plain
-        };
-        let normalisation = match self.normalisation.as_str() {
-            "4pi" => Normalisation::FourPi,
-            "ortho" => Normalisation::Orthonormal,
-            "schmidt" => Normalisation::Schmidt,
-            other => {
-                return Err(unknown(
-                    "normalisation",
-                    other,
-                    &["4pi", "ortho", "schmidt"],
-                ));
-            }
-        };
-        let mut convention = Convention::default();
-        (convention.normalisation, convention.phase) = (normalisation, phase);
-        Ok(convention)
-    }
-}
-
 fn unknown(what: &'static str, name: &str, names: &[&str]) -> Error {
     Error::UnknownName {
         what,
@@ -226,12 +194,12 @@ fn unknown(what: &'static str, name: &str, names: &[&str]) -> Error {
 /// Real numbers, or real and imaginary parts.
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Values {
+enum PeerValues {
     Real(Vec<f64>),
     Complex(Vec<[f64; 2]>),
 }
 
-impl Values {
+impl PeerValues {
     /// One after the other, and how many each value has.
     fn parts(&self) -> (&[f64], usize) {
         match self {
@@ -247,7 +215,7 @@ struct Answer {
     source: String,
     /// Which, of all; each unless said.
     shown: Option<Vec<usize>>,
-    values: Values,
+    values: PeerValues,
 }
 
 impl Answer {
@@ -454,7 +422,7 @@ impl OnGrid {
 }
 
 #[derive(Deserialize)]
-struct Shtools {
+struct PeerTransform {
     #[serde(flatten)]
     named: Named,
     rings: usize,
@@ -470,7 +438,7 @@ fn synthesis(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
         let map = case.transform()?.synthesise(&case.set()?)?;
         case.answer.compare(tally, &map);
     }
-    for case in snapshots.cases::<Shtools>(PEERS, "shtools")? {
+    for case in snapshots.cases::<PeerTransform>(PEERS, "shtools")? {
         let set = real_set(case.seed, case.degree, case.named.convention()?)?;
         let grid = Grid::gauss_legendre(case.rings, case.columns)?;
         let map = Transform::new(&grid, case.degree)?.synthesise(&set)?;
@@ -572,7 +540,7 @@ fn gradients(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
         let answer = Answer {
             source: case.source,
             shown: None,
-            values: Values::Real(wanted.collect()),
+            values: PeerValues::Real(wanted.collect()),
         };
         let got: Vec<f64> = got.iter().flat_map(|(_, slope)| slope.to_array()).collect();
         answer.compare(tally, &got);
@@ -581,7 +549,7 @@ fn gradients(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 #[derive(Deserialize)]
-struct Power {
+struct PeerPower {
     #[serde(flatten)]
     named: Named,
     degree: usize,
@@ -599,7 +567,7 @@ struct CrossPower {
 }
 
 fn power(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Power>(PEERS, "power")? {
+    for case in snapshots.cases::<PeerPower>(PEERS, "power")? {
         let set = real_set(case.seed, case.degree, case.named.convention()?)?;
         // Theirs is of coefficients of 4π.
         let power = average_power(&set).into_iter();
@@ -616,7 +584,7 @@ fn power(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 #[derive(Deserialize)]
-struct Beam {
+struct PeerBeam {
     degree: usize,
     fwhm: f64,
     #[serde(flatten)]
@@ -633,7 +601,7 @@ struct Filter {
 }
 
 fn filters(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
-    for case in snapshots.cases::<Beam>(PEERS, "beam")? {
+    for case in snapshots.cases::<PeerBeam>(PEERS, "beam")? {
         case.answer
             .compare(tally, &gaussian_beam(case.degree, case.fwhm)?);
     }
@@ -673,7 +641,7 @@ fn rotation(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
 }
 
 #[derive(Deserialize)]
-struct SmallD {
+struct PeerSmallD {
     degree: usize,
     beta: f64,
     #[serde(flatten)]
@@ -681,7 +649,7 @@ struct SmallD {
 }
 
 #[derive(Deserialize)]
-struct LargeD {
+struct PeerLargeD {
     degree: usize,
     quaternion: [f64; 4],
     #[serde(flatten)]
@@ -690,16 +658,16 @@ struct LargeD {
 
 fn wigner_matrices(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
     // A matrix is stored column by column.
-    for case in snapshots.cases::<SmallD>(ROTATIONS, "small-d")? {
+    for case in snapshots.cases::<PeerSmallD>(ROTATIONS, "small-d")? {
         let matrix = wigner::d_matrix(case.degree, case.beta)?.transpose();
         case.answer.compare(tally, matrix.as_slice());
     }
-    for case in snapshots.cases::<LargeD>(ROTATIONS, "real-d")? {
+    for case in snapshots.cases::<PeerLargeD>(ROTATIONS, "real-d")? {
         let turn = DQuat::from_array(case.quaternion);
         let matrix = wigner::real_rotation_matrix(case.degree, turn)?.transpose();
         case.answer.compare(tally, matrix.as_slice());
     }
-    for case in snapshots.cases::<LargeD>(ROTATIONS, "large-d")? {
+    for case in snapshots.cases::<PeerLargeD>(ROTATIONS, "large-d")? {
         let turn = DQuat::from_array(case.quaternion);
         // Theirs is the conjugate.
         let matrix = wigner::rotation_matrix(case.degree, turn)?
@@ -735,7 +703,7 @@ fn coupling(snapshots: &Snapshots, tally: &mut Tally) -> Result<()> {
         let answer = Answer {
             source: case.source,
             shown: None,
-            values: Values::Real(case.values.concat()),
+            values: PeerValues::Real(case.values.concat()),
         };
         answer.compare(tally, &got);
     }
