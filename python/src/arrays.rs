@@ -64,6 +64,14 @@ pub(crate) fn doubles<'py>(
     array(object, what, "fiub", "real numbers")
 }
 
+/// As [`doubles`], of single precision.
+pub(crate) fn singles<'py>(
+    object: &Bound<'py, PyAny>,
+    what: &str,
+) -> PyResult<PyReadonlyArrayDyn<'py, f32>> {
+    array(object, what, "f", "real numbers")
+}
+
 /// As [`doubles`], of complex numbers.
 pub(crate) fn complexes<'py>(
     object: &Bound<'py, PyAny>,

@@ -112,8 +112,8 @@ mod _lobes {
     #[pymodule_export]
     use super::harmonics::{
         Rotation, Transform, analyse_at, basis, basis_gradients, from_harmonic, gradients_at,
-        synthesise_at, synthesise_at_adjoint, to_harmonic, wigner_d, wigner_rotation,
-        wigner_rotation_real,
+        rotate_splats, synthesise_at, synthesise_at_adjoint, to_harmonic, wigner_d,
+        wigner_rotation, wigner_rotation_real,
     };
     #[pymodule_export]
     use super::illumination::{

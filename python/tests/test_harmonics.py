@@ -1,5 +1,7 @@
 """Transforms, rotation and values against ducc0, healpy and SciPy."""
 
+import json
+import pathlib
 import pickle
 
 import ducc0
@@ -408,6 +410,64 @@ def test_wigner_matrices():
             assert np.allclose([turned.get(degree, m) for m in range(-degree, degree + 1)], turn[:, column], atol=1e-14)
     for wrong in [lambda: lobes.wigner_d(513, 0.1), lambda: lobes.wigner_d(2, np.nan), lambda: lobes.wigner_rotation(2, [0, 0, 0, 0])]:
         with pytest.raises(ValueError):
+            wrong()
+
+
+def test_sums_at_many_directions_are_those_of_ducc0():
+    degree, rng = 150, np.random.Generator(np.random.PCG64(9))
+    f = np.stack([random_coefficients((degree + 1) ** 2, seed) for seed in (1, 2)])
+    directions = rng.standard_normal((5000, 3))
+    directions[:2] = [[0, 0, 1], [0, 0, -1]]
+    angles = np.stack([np.arctan2(np.hypot(*directions.T[:2]), directions[:, 2]), np.arctan2(*directions.T[1::-1]) % (2 * np.pi)], 1)
+    theirs = [ducc0.sht.synthesis_general(alm=lobes.to_complex(one)[None], spin=0, lmax=degree, loc=angles, epsilon=1e-12)[0] for one in f]
+    for tolerance in (1e-4, 1e-11):
+        found = lobes.synthesise_at(f, directions.reshape(50, 100, 3), tolerance=tolerance)
+        assert found.shape == (2, 50, 100)
+        assert np.std(found.reshape(2, -1) - theirs) < tolerance * np.std(theirs)
+        y = rng.standard_normal(5000)
+        back = lobes.synthesise_at_adjoint(y, directions, degree, tolerance=tolerance, threads=False)
+        assert np.isclose(np.vdot(f[0], back), np.vdot(found[0].ravel(), y), rtol=0, atol=1e-13 * np.linalg.norm(found[0]) * np.linalg.norm(y))
+    for wrong in [lambda: lobes.synthesise_at(f, directions, tolerance=0), lambda: lobes.synthesise_at_adjoint(y, directions, degree, tolerance=1)]:
+        with pytest.raises(ValueError, match="tolerance"):
+            wrong()
+
+
+def test_splats_are_rotated_as_their_test_vectors_say():
+    vectors = json.loads((pathlib.Path(__file__).parents[2] / "oracles" / "snapshots" / "splat.json").read_text())["cases"]
+    for case in vectors:
+        set, turn, want = (np.array(case[key]) for key in ("coefficients", "quaternion", "rotated"))
+        assert np.allclose(lobes.rotate_splats(set, turn, case["basis"]), want, rtol=0, atol=4e-15)
+        assert np.allclose(lobes.rotate_splats(set.astype("f4"), turn, case["basis"]), want, rtol=0, atol=3e-7)
+
+
+def test_splats_of_any_layout():
+    rng = np.random.Generator(np.random.PCG64(8))
+    turns = rng.standard_normal((40, 4))
+    turns /= np.linalg.norm(turns, axis=1)[:, None]
+    files = rng.standard_normal((40, 3, 16)).astype(np.float32)
+    want = lobes.rotate_splats(files, turns)
+    assert want.dtype == np.float32 and want.shape == files.shape
+    assert lobes.rotate_splats(files.tolist(), turns).dtype == np.float64
+    # Strided views are read as they are meant; the input stays as it was.
+    before = files.copy()
+    tensors = files.transpose(0, 2, 1)
+    assert np.array_equal(lobes.rotate_splats(tensors, turns, axis=1), want.transpose(0, 2, 1))
+    assert np.array_equal(lobes.rotate_splats(tensors[:, 1:], turns, axis=-2, threads=False), want.transpose(0, 2, 1)[:, 1:])
+    assert np.array_equal(lobes.rotate_splats(files[::-2], turns[::-2]), want[::-2])
+    assert np.array_equal(lobes.rotate_splats(files[..., ::-1][..., ::-1], turns), want)
+    assert np.array_equal(files, before)
+    one = lobes.rotate_splats(files, turns[3])
+    assert np.array_equal(one[3], want[3]) and not np.array_equal(one[4], want[4])
+    assert lobes.rotate_splats(np.zeros((0, 16)), turns[0]).shape == (0, 16)
+    for wrong, sentence in [
+        (lambda: lobes.rotate_splats(files[..., :14], turns), "along axis -1"),
+        (lambda: lobes.rotate_splats(files, turns, axis=3), "no axis 3"),
+        (lambda: lobes.rotate_splats(files, turns[:39]), "first axes"),
+        (lambda: lobes.rotate_splats(files, 2 * turns), "at index 0 has the length"),
+        (lambda: lobes.rotate_splats(np.full(16, np.nan), turns[0]), "finite"),
+        (lambda: lobes.rotate_splats(files, turns, "opengl"), "3dgs, gltf, e3nn, lobes"),
+    ]:
+        with pytest.raises(ValueError, match=sentence):
             wrong()
 
 

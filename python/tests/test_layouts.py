@@ -60,6 +60,8 @@ CALLS = {
     "Transform.analyse_complex": (TRANSFORM.analyse_complex, [COMPLEX_MAP]),
     "Rotation.rotate": (lobes.Rotation(3).rotate, [SETS, QUATERNION]),
     "Rotation.rotate_complex": (lobes.Rotation(3).rotate_complex, [COMPLEX_SET, QUATERNION]),
+    # Half a turn about the pole changes signs alone, so that single precision rounds nothing.
+    "rotate_splats": (lobes.rotate_splats, [exact(RNG.random((5, 16))), np.array([0.0, 0.0, 1.0, 0.0])]),
     "Coefficients": (lobes.Coefficients, [SETS]),
     "basis": (lambda directions: lobes.basis(directions, 3), [unit(4, 5)]),
     "basis_gradients": (lambda directions: lobes.basis_gradients(directions, 3), [unit(4, 5)]),

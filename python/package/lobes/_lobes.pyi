@@ -1,6 +1,6 @@
 from collections.abc import Callable, Sequence
 from os import PathLike
-from typing import Literal, final
+from typing import Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ _Mapping = Literal["lat-long", "angular-map", "mirror-ball", "vertical-cross", "
 _Normalisation = Literal["orthonormal", "four-pi", "schmidt"]
 _Phase = Literal["plain", "condon-shortley"]
 _Preset = Literal["recommended", "grid", "stylelight", "diffusionlight", "matte-balls"]
+_SplatBasis = Literal["3dgs", "gltf", "e3nn", "lobes"]
 _Order = Literal["by-order", "by-degree"]
 # Arrays that mean coefficients: `Coefficients`, or arrays of all orders.
 _Sets = Coefficients | ArrayLike
@@ -71,6 +72,7 @@ __all__ = [
     "read_merl",
     "recover_kernel",
     "recover_lobe",
+    "rotate_splats",
     "srgb_of_linear",
     "synthesise_at",
     "synthesise_at_adjoint",
@@ -140,8 +142,12 @@ class Rotation:
 
 def basis(directions: ArrayLike, degree: int, threads: bool = True) -> _Doubles: ...
 def basis_gradients(directions: ArrayLike, degree: int, threads: bool = True) -> tuple[_Doubles, _Doubles]: ...
-def synthesise_at(coefficients: _Sets, directions: ArrayLike, threads: bool = True) -> _Doubles: ...
-def synthesise_at_adjoint(values: ArrayLike, directions: ArrayLike, degree: int, threads: bool = True) -> Coefficients: ...
+def synthesise_at(
+    coefficients: _Sets, directions: ArrayLike, threads: bool = True, tolerance: float | None = None
+) -> _Doubles: ...
+def synthesise_at_adjoint(
+    values: ArrayLike, directions: ArrayLike, degree: int, threads: bool = True, tolerance: float | None = None
+) -> Coefficients: ...
 def analyse_at(
     values: ArrayLike, directions: ArrayLike, degree: int, tolerance: float = 1e-12, threads: bool = True
 ) -> tuple[Coefficients, float, int, float]: ...
@@ -149,6 +155,18 @@ def wigner_d(degree: int, beta: float) -> _Doubles: ...
 def wigner_rotation(degree: int, quaternion: ArrayLike) -> _Complexes: ...
 def wigner_rotation_real(degree: int, quaternion: ArrayLike) -> _Doubles: ...
 def gradients_at(coefficients: _Sets, directions: ArrayLike, threads: bool = True) -> tuple[_Doubles, _Doubles]: ...
+@overload
+def rotate_splats(
+    coefficients: NDArray[np.float32],
+    quaternions: ArrayLike,
+    basis: _SplatBasis = "3dgs",
+    axis: int = -1,
+    threads: bool = True,
+) -> NDArray[np.float32]: ...
+@overload
+def rotate_splats(
+    coefficients: ArrayLike, quaternions: ArrayLike, basis: _SplatBasis = "3dgs", axis: int = -1, threads: bool = True
+) -> _Doubles | NDArray[np.float32]: ...
 def to_harmonic(directions: ArrayLike) -> _Doubles: ...
 def from_harmonic(directions: ArrayLike) -> _Doubles: ...
 def average_power(coefficients: _Sets) -> _Doubles: ...
