@@ -73,7 +73,7 @@ impl<S: Simd, const WIDTH: usize, const POLES: usize> State<S, WIDTH, POLES> {
 
 /// The `WIDTH` octets of a block.
 #[inline(always)]
-fn block<T, const WIDTH: usize>(octets: &[T], first: usize) -> &[T; WIDTH] {
+pub(super) fn block<T, const WIDTH: usize>(octets: &[T], first: usize) -> &[T; WIDTH] {
     octets[first..]
         .first_chunk()
         .expect("a block lies within the octets")
@@ -90,7 +90,25 @@ fn first_step(entries: &[&[Entry]], last: usize) -> usize {
 }
 
 /// What [`synthesise_block`] sums: `[map][part][octet]`.
-type Totals<S, const WIDTH: usize, const MAPS: usize> = [[[f64x8<S>; WIDTH]; 4]; MAPS];
+pub(super) type Totals<S, const WIDTH: usize, const MAPS: usize> = [[[f64x8<S>; WIDTH]; 4]; MAPS];
+
+/// Adds p_k · sums of one step to the totals of the octets from `FROM`.
+#[inline(always)]
+pub(super) fn add_step<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
+    simd: S,
+    p: &[f64x8<S>; WIDTH],
+    totals: &mut Totals<S, WIDTH, MAPS>,
+    sums: &[[f64; 4]; MAPS],
+) {
+    for map in 0..MAPS {
+        for part in 0..4 {
+            let factor = f64x8::splat(simd, sums[map][part]);
+            for v in FROM..WIDTH {
+                totals[map][part][v] = p[v].mul_add(factor, totals[map][part][v]);
+            }
+        }
+    }
+}
 
 /// Some steps of the octets from `FROM`.
 #[inline(always)]
@@ -108,14 +126,7 @@ fn synthesise_steps<
     sums: &[[[f64; 4]; MAPS]],
 ) {
     for (step, sums) in steps.iter().zip(sums) {
-        for map in 0..MAPS {
-            for part in 0..4 {
-                let factor = f64x8::splat(simd, sums[map][part]);
-                for v in FROM..WIDTH {
-                    totals[map][part][v] = state.p[v].mul_add(factor, totals[map][part][v]);
-                }
-            }
-        }
+        add_step::<S, FROM, WIDTH, MAPS>(simd, &state.p, totals, sums);
         state.advance::<FROM>(simd, step);
     }
 }
@@ -142,9 +153,8 @@ fn synthesise_block<
     let steps = recurrence.steps(m);
     let mut entries = std::array::from_fn(|v| recurrence.entries(m, first + v));
     let last = steps.len();
-    let zero = f64x8::splat(simd, 0.0);
     let mut state = State::<S, WIDTH, POLES>::new(simd, octets);
-    let mut totals = [[[zero; WIDTH]; 4]; MAPS];
+    let mut totals = [[[f64x8::splat(simd, 0.0); WIDTH]; 4]; MAPS];
     let mut k = first_step(&entries, last);
     let whole = first_step(&entries[..HALF.max(1)], last);
     while k < last {
@@ -169,6 +179,18 @@ fn synthesise_block<
         }
         k = next;
     }
+    store_totals(simd, octets, first, &totals, out);
+}
+
+/// The sums of the northern and the southern rings of a block from their even and odd parts.
+#[inline(always)]
+pub(super) fn store_totals<S: Simd, const MAPS: usize, const WIDTH: usize>(
+    simd: S,
+    octets: &[Octet; WIDTH],
+    first: usize,
+    totals: &Totals<S, WIDTH, MAPS>,
+    out: &mut [&mut [Quad]; MAPS],
+) {
     for map in 0..MAPS {
         for v in 0..WIDTH {
             let x = f64x8::load_array_ref(simd, &octets[v].x);
@@ -206,13 +228,24 @@ fn analyse_steps<
         state.advance::<FROM>(simd, &steps[0]);
         let q = state.p;
         state.advance::<FROM>(simd, &steps[1]);
-        for map in 0..MAPS {
-            let [a, b, c, d] = weigh::<S, FROM, WIDTH>(simd, &p, parts[map]);
-            let [e, f, g, h] = weigh::<S, FROM, WIDTH>(simd, &q, parts[map]);
-            // Three rounds of interleaving and adding leave the eight totals in this order.
-            let total = fold(fold(fold(a, e), fold(c, g)), fold(fold(b, f), fold(d, h)));
-            (f64x8::load_array_ref(simd, &sums[map]) + total).store_array(&mut sums[map]);
-        }
+        add_two_steps::<S, FROM, WIDTH, MAPS>(simd, [&p, &q], parts, sums);
+    }
+}
+
+/// Adds p_k · parts and p_{k+1} · parts, summed over the rings of the octets from `FROM`.
+#[inline(always)]
+pub(super) fn add_two_steps<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
+    simd: S,
+    [p, q]: [&[f64x8<S>; WIDTH]; 2],
+    parts: &[&[Quad; WIDTH]; MAPS],
+    sums: &mut [Lanes; MAPS],
+) {
+    for map in 0..MAPS {
+        let [a, b, c, d] = weigh::<S, FROM, WIDTH>(simd, p, parts[map]);
+        let [e, f, g, h] = weigh::<S, FROM, WIDTH>(simd, q, parts[map]);
+        // Three rounds of interleaving and adding leave the eight totals in this order.
+        let total = fold(fold(fold(a, e), fold(c, g)), fold(fold(b, f), fold(d, h)));
+        (f64x8::load_array_ref(simd, &sums[map]) + total).store_array(&mut sums[map]);
     }
 }
 
@@ -284,7 +317,7 @@ fn weigh<S: Simd, const FROM: usize, const WIDTH: usize>(
 /// p_k on the octets of a block, `table[k][octet]`, and from which step on each octet's are not all
 /// zero.
 #[inline(always)]
-fn tabulate<S: Simd, const WIDTH: usize, const POLES: usize>(
+pub(super) fn tabulate<S: Simd, const WIDTH: usize, const POLES: usize>(
     simd: S,
     recurrence: &Recurrence,
     m: usize,

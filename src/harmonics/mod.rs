@@ -23,6 +23,7 @@ mod kaiser_bessel;
 mod kernel;
 mod least_squares;
 pub mod legendre;
+mod legendre_table;
 mod meridian;
 mod own_rings;
 mod partial;

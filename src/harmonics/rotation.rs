@@ -1,5 +1,7 @@
 //! Rotation of coefficients.
 
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, f64x2, f64x8};
 use glam::DQuat;
@@ -281,7 +283,8 @@ impl Rotation {
     /// Rotation by π/2 about y, in place.
     fn quarter(&self, f: &mut Coefficients, scratch: &mut [Lanes], parallelism: Parallelism) {
         let (even, odd) = scratch.split_at_mut(HALF_ARRAYS * self.steps.len());
-        let mut halves = [Half::new(self, f, 0, even), Half::new(self, f, 1, odd)];
+        let mut halves = [Half::new(self, 0, even), Half::new(self, 1, odd)];
+        self.scatter(f, &mut halves);
         let [even, odd] = &mut halves;
         if parallelism.threads() > 1 {
             join(|| self.half(even), || self.half(odd));
@@ -401,41 +404,65 @@ impl Rotation {
             .get(LANES * k * (k + 1) / 2 + rest * (k + 1) + octet)
     }
 
+    /// The scaled coefficients to both halves.
+    fn scatter(&self, f: &Coefficients, halves: &mut [Half<'_>; 2]) {
+        for m in 0..=self.degree {
+            let (at, lane) = self.place(m);
+            let (cosine, sine) = (f.cosine(m), f.sine(m));
+            let sign = if m.is_multiple_of(2) { 1.0 } else { -1.0 };
+            for (i, (&[scale, _], at)) in self.scales_of(m).iter().zip(at).enumerate() {
+                let sine = sine.get(i).unwrap_or(&0.0);
+                let [x, y] = ordered(i, [scale * cosine[i], scale * sine]);
+                halves[0].input[at][lane] = x;
+                halves[1].input[at][lane] = y;
+                halves[m % 2].rows[at][lane / 2] = [sign * x, sign * y];
+            }
+        }
+    }
+
     /// The rotated coefficients from the sums of both halves.
     fn gather(&self, halves: &[Half<'_>; 2], f: &mut Coefficients) {
         for m in 0..=self.degree {
-            let (octet, lane) = (m / LANES, m % LANES);
-            let start = octet_start(self.degree, octet);
-            let scales = &self.scales[scale_start(self.degree, m)..];
-            let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
-            let own = &halves[m % 2];
-            for (l, &[_, scale]) in (m..=self.degree).zip(scales) {
-                let at = start + l - LANES * octet;
-                let sums = &own.sums[at];
-                // Even m′ go with the cosines where l + m is even.
-                let (even, odd) = (sums[lane / 2], sums[ROWS + lane / 2]);
-                let (mut cosine, mut sine) = if (l + m) % 2 == 0 {
-                    (even, odd)
-                } else {
-                    (odd, even)
-                };
-                // What this order got as m′, from even and from odd m.
-                let (from_even, from_odd) =
-                    (halves[0].output[at][lane], halves[1].output[at][lane]);
-                if (l + m) % 2 == 0 {
-                    cosine += sign * from_even;
-                    sine += sign * from_odd;
-                } else {
-                    cosine += sign * from_odd;
-                    sine += sign * from_even;
-                }
-                f.cosine_mut(m)[l - m] = scale * cosine;
+            let (at, lane) = self.place(m);
+            let sign = if m.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let sums = halves[m % 2].sums[at.clone()].iter();
+            // What this order got as m′, from even and from odd m.
+            let outputs = halves[0].output[at.clone()]
+                .iter()
+                .zip(&halves[1].output[at]);
+            let (cosine, sine) = f.pair_mut(m);
+            for (i, ((&[_, scale], sums), (from_even, from_odd))) in
+                self.scales_of(m).iter().zip(sums).zip(outputs).enumerate()
+            {
+                let x = sums[lane / 2] + sign * from_even[lane];
+                let y = sums[ROWS + lane / 2] + sign * from_odd[lane];
+                let [c, s] = ordered(i, [scale * x, scale * y]);
+                cosine[i] = c;
                 if m > 0 {
-                    f.sine_mut(m)[l - m] = scale * sine;
+                    sine[i] = s;
                 }
             }
         }
     }
+
+    /// Where the degrees of order m are in the arrays of a [`Half`], and in which lane.
+    fn place(&self, m: usize) -> (Range<usize>, usize) {
+        let (octet, lane) = (m / LANES, m % LANES);
+        let start = octet_start(self.degree, octet) + lane;
+        (start..start + self.degree + 1 - m, lane)
+    }
+
+    /// The scales of order m, by degree.
+    fn scales_of(&self, m: usize) -> &[[f64; 2]] {
+        &self.scales[scale_start(self.degree, m)..][..self.degree + 1 - m]
+    }
+}
+
+/// Cosine and sine at degree m + i as what meets even m′ and what meets odd, or the other way
+/// round: even m′ go with the cosines where i is even.
+#[inline(always)]
+fn ordered(i: usize, [a, b]: [f64; 2]) -> [f64; 2] {
+    if i.is_multiple_of(2) { [a, b] } else { [b, a] }
 }
 
 /// The lanes of two vectors interleaved, and the halves added; lanes keep the parity of what they
@@ -467,45 +494,19 @@ struct Half<'a> {
 }
 
 impl<'a> Half<'a> {
-    fn new(plan: &Rotation, f: &Coefficients, parity: usize, scratch: &'a mut [Lanes]) -> Self {
+    fn new(plan: &Rotation, parity: usize, scratch: &'a mut [Lanes]) -> Self {
         let total = plan.steps.len();
         scratch.fill([0.0; LANES]);
         let (input, rest) = scratch.split_at_mut(total);
         let (output, rest) = rest.split_at_mut(total);
         let (rows, rest) = rest.split_at_mut(total);
-        let half = Self {
+        Self {
             parity,
             input,
             output,
             rows: rows.as_flattened_mut().as_chunks_mut().0.as_chunks_mut().0,
             sums: &mut rest[..total],
-        };
-        for m in 0..=plan.degree {
-            let (octet, lane) = (m / LANES, m % LANES);
-            let start = octet_start(plan.degree, octet);
-            let scales = &plan.scales[scale_start(plan.degree, m)..];
-            let (cosine, sine) = (f.cosine(m), f.sine(m));
-            for (i, &[scale, _]) in scales.iter().enumerate().take(plan.degree + 1 - m) {
-                let l = m + i;
-                let at = start + l - LANES * octet;
-                let c = scale * cosine[i];
-                let s = sine.get(i).map_or(0.0, |s| scale * s);
-                half.input[at][lane] = if (l + m).is_multiple_of(2) == (parity == 0) {
-                    c
-                } else {
-                    s
-                };
-                if m % 2 == parity {
-                    let sign = if parity == 0 { 1.0 } else { -1.0 };
-                    half.rows[at][lane / 2] = if (l + m) % 2 == 0 {
-                        [sign * c, sign * s]
-                    } else {
-                        [sign * s, sign * c]
-                    };
-                }
-            }
         }
-        half
     }
 }
 

@@ -9,6 +9,7 @@ use fearless_simd::{Level, f64x8};
 
 use super::coefficients::{Coefficients, coefficient_count, column_start};
 use super::kernel::{self, Quad};
+use super::legendre_table::LegendreTable;
 use super::meridian::Meridian;
 use super::own_rings::OwnRings;
 use super::recurrence::{LANES, Lanes, Recurrence};
@@ -55,6 +56,8 @@ pub(super) struct Plan {
     pub(super) orders: usize,
     pub(super) level: Level,
     pub(super) recurrence: Recurrence,
+    /// What the recurrence gives, where that is little enough to be kept.
+    table: Option<LegendreTable>,
     /// Where each ring of a map begins, and where the last one ends.
     starts: Vec<usize>,
     /// The transforms along rings, where those are not all alike.
@@ -121,6 +124,7 @@ impl Transform {
             degree,
             orders,
             level,
+            table: LegendreTable::new(&recurrence, orders, level),
             recurrence,
             starts: (0..grid.rings())
                 .map(|ring| grid.ring_points(ring).start)
@@ -169,7 +173,8 @@ impl Transform {
 
     /// How much memory the plan's tables take, in bytes.
     pub fn table_bytes(&self) -> usize {
-        self.0.recurrence.bytes()
+        let table = self.0.table.as_ref().map_or(0, LegendreTable::bytes);
+        self.0.recurrence.bytes() + table
     }
 
     /// The map of a coefficient set, `rings × columns`.
@@ -370,7 +375,13 @@ impl Transform {
         inside_pool(parallelism, || {
             plan.synthesise(coefficients, maps, scratch, weighing, parallelism);
         });
-        if all_finite(maps) {
+        // The coefficients are half as many as the samples, and where they are moderate no sum of
+        // them overflows.
+        if coefficients
+            .iter()
+            .fold(true, |all, c| all & (c.abs() < MODERATE))
+            || all_finite(maps)
+        {
             Ok(())
         } else {
             Err(not_finite(
@@ -434,6 +445,9 @@ impl Transform {
         Ok(())
     }
 }
+
+/// A sum of (degree + 1)² harmonics with coefficients below this is below 10²⁰⁰.
+const MODERATE: f64 = 1e150;
 
 /// What goes between the sums over azimuth and those over rings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -760,7 +774,10 @@ impl Plan {
         let mut rest = out;
         let mut out: [&mut [Quad]; MAPS] =
             std::array::from_fn(|_| rest.split_off_mut(..octets).unwrap_or_default());
-        kernel::synthesise(simd, &self.recurrence, m, sums, &mut out);
+        match &self.table {
+            Some(table) => table.synthesise(simd, &self.recurrence, m, sums, &mut out),
+            None => kernel::synthesise(simd, &self.recurrence, m, sums, &mut out),
+        }
     }
 
     /// Eight northern rows and their mirror images from their sums; `sums[m · stride]` is order
@@ -1089,7 +1106,10 @@ impl Plan {
         let parts: [&[Quad]; MAPS] =
             std::array::from_fn(|map| &parts[map * octets..(map + 1) * octets]);
         let sums: &mut [[Lanes; MAPS]] = sums.as_chunks_mut().0;
-        kernel::analyse(simd, &self.recurrence, m, &parts, sums);
+        match &self.table {
+            Some(table) => table.analyse(simd, &self.recurrence, m, &parts, sums),
+            None => kernel::analyse(simd, &self.recurrence, m, &parts, sums),
+        }
         self.recurrence.finish::<MAPS>(m, sums, columns);
     }
 }

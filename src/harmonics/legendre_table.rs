@@ -1,0 +1,259 @@
+//! The Legendre functions of a small transform, worked out once and read from a table.
+
+use std::ops::Range;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, f64x8};
+
+use super::kernel::{Quad, Totals, add_step, add_two_steps, block, store_totals, tabulate};
+use super::recurrence::{Block, LANES, Lanes, Recurrence};
+use super::simd::wide;
+
+/// The most values that a table is made of, 4 MiB of them: on Gauss–Legendre rings to degree 150 or
+/// so. From the second cache, or a quarter of them from the third, they come sooner than the
+/// recurrence's steps are made; at degree 255 no more, and synthesis would take a quarter longer.
+const MOST_VALUES: usize = 1 << 19;
+
+/// p_k of every order and octet of a [`Recurrence`].
+pub(crate) struct LegendreTable {
+    lines: Vec<Lanes>,
+    /// Where each (order, octet) begins in `lines`.
+    starts: Vec<u32>,
+    octets: usize,
+}
+
+/// Runs a kernel on every block of octets. Where `$halved`, four octets go as twice two; vectors of
+/// fewer lanes than an octet have room for one octet only.
+macro_rules! over_blocks {
+    ($kernel:ident, $halved:expr, $simd:ident, $recurrence:ident, $arguments:expr, $out:expr) => {
+        for block in &$recurrence.blocks {
+            macro_rules! run {
+                ($first:expr, $width:literal, $half:literal) => {
+                    $simd.vectorize(
+                        #[inline(always)]
+                        || $kernel::<S, MAPS, $width, $half>($simd, $first, $arguments, $out),
+                    )
+                };
+            }
+            let first = block.first;
+            if const { S::f64s::LEN == LANES } {
+                match block.width {
+                    4 if $halved => {
+                        run!(first, 2, 1);
+                        run!(first + 2, 2, 1)
+                    }
+                    4 => run!(first, 4, 2),
+                    2 => run!(first, 2, 1),
+                    _ => run!(first, 1, 0),
+                }
+            } else {
+                run!(first, 1, 0)
+            }
+        }
+    };
+}
+
+impl LegendreTable {
+    /// The table, where it is small enough to be of use.
+    pub(crate) fn new(recurrence: &Recurrence, orders: usize, level: Level) -> Option<Self> {
+        let octets = recurrence.octets.len();
+        if recurrence.steps_of_all() * octets * LANES > MOST_VALUES {
+            return None;
+        }
+        let mut table = Self {
+            lines: Vec::new(),
+            starts: vec![0],
+            octets,
+        };
+        let mut all = vec![[[0.0; LANES]]; recurrence.steps(0).len()];
+        for m in 0..=orders {
+            let all = &mut all[..recurrence.steps(m).len()];
+            for block in &recurrence.blocks {
+                for v in 0..block.width {
+                    let (octet, begin) = (block.first + v, begin_of(recurrence, m, block, v));
+                    all.fill([[0.0; LANES]]);
+                    wide!(level, simd => if v < block.polar {
+                        tabulate::<_, 1, 1>(simd, recurrence, m, octet, all)
+                    } else {
+                        tabulate::<_, 1, 0>(simd, recurrence, m, octet, all)
+                    });
+                    table.lines.extend_from_slice(all[begin..].as_flattened());
+                    table.starts.push(table.lines.len() as u32);
+                }
+            }
+        }
+        table.lines.shrink_to_fit();
+        Some(table)
+    }
+
+    /// Bytes of the table.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.lines) + size_of_val(&*self.starts)
+    }
+
+    /// As [`kernel::synthesise`](super::kernel::synthesise).
+    #[inline(always)]
+    pub(crate) fn synthesise<S: Simd, const MAPS: usize>(
+        &self,
+        simd: S,
+        recurrence: &Recurrence,
+        m: usize,
+        sums: &[[[f64; 4]; MAPS]],
+        out: &mut [&mut [Quad]; MAPS],
+    ) {
+        // The sums of three maps fill the registers with two octets.
+        over_blocks!(
+            synthesise_block,
+            MAPS > 1,
+            simd,
+            recurrence,
+            (self, recurrence, m, sums),
+            out
+        );
+    }
+
+    /// As [`kernel::analyse`](super::kernel::analyse).
+    #[inline(always)]
+    pub(crate) fn analyse<S: Simd, const MAPS: usize>(
+        &self,
+        simd: S,
+        recurrence: &Recurrence,
+        m: usize,
+        parts: &[&[Quad]; MAPS],
+        sums: &mut [[Lanes; MAPS]],
+    ) {
+        over_blocks!(
+            analyse_block,
+            false,
+            simd,
+            recurrence,
+            (self, recurrence, m, parts),
+            sums
+        );
+    }
+
+    /// p_k of some octets at order m, up to the last step: from where one of those that begin
+    /// together is not negligible.
+    #[inline(always)]
+    fn rows<const WIDTH: usize>(&self, m: usize, first: usize) -> [&[Lanes]; WIDTH] {
+        let at = m * self.octets + first;
+        std::array::from_fn(|v| {
+            &self.lines[self.starts[at + v] as usize..self.starts[at + v + 1] as usize]
+        })
+    }
+}
+
+/// The step at which the row of a block's octet v begins. The octets nearer the pole begin later;
+/// each half of a block begins together, and no half after the one before it.
+fn begin_of(recurrence: &Recurrence, m: usize, block: &Block, v: usize) -> usize {
+    let half = block.width.div_ceil(2);
+    (0..(v / half + 1) * half)
+        .filter_map(|v| recurrence.entries(m, block.first + v).first())
+        .map(|entry| entry.step)
+        .fold(recurrence.steps(m).len(), usize::min)
+}
+
+/// The lines of some steps, of the rows from `FROM`; `last` is the step at which all rows end.
+#[inline(always)]
+fn lines<'a, const FROM: usize, const WIDTH: usize>(
+    rows: &[&'a [Lanes]; WIDTH],
+    steps: Range<usize>,
+    last: usize,
+) -> [&'a [Lanes]; WIDTH] {
+    std::array::from_fn(|v| {
+        if v < FROM {
+            return &[][..];
+        }
+        let begin = last - rows[v].len();
+        &rows[v][steps.start - begin..steps.end - begin]
+    })
+}
+
+/// Line k of each row from `FROM`.
+#[inline(always)]
+fn load<S: Simd, const FROM: usize, const WIDTH: usize>(
+    simd: S,
+    rows: &[&[Lanes]; WIDTH],
+    k: usize,
+) -> [f64x8<S>; WIDTH] {
+    let mut p = [f64x8::splat(simd, 0.0); WIDTH];
+    for v in FROM..WIDTH {
+        p[v] = f64x8::load_array_ref(simd, &rows[v][k]);
+    }
+    p
+}
+
+/// What the kernels of one order work from: the table, its recurrence, the order, and the sums by
+/// step or the parts of the rings.
+type OrderInput<'a, T> = (&'a LegendreTable, &'a Recurrence, usize, &'a [T]);
+
+/// Σ_k p_k · sums on the octets of a block. Until the first half enters, the other goes alone.
+#[inline(always)]
+fn synthesise_block<S: Simd, const MAPS: usize, const WIDTH: usize, const HALF: usize>(
+    simd: S,
+    first: usize,
+    (table, recurrence, m, sums): OrderInput<'_, [[f64; 4]; MAPS]>,
+    out: &mut [&mut [Quad]; MAPS],
+) {
+    let last = recurrence.steps(m).len();
+    let rows = table.rows::<WIDTH>(m, first);
+    let mut totals = [[[f64x8::splat(simd, 0.0); WIDTH]; 4]; MAPS];
+    let (begin, whole) = (last - rows[WIDTH - 1].len(), last - rows[0].len());
+    if HALF > 0 {
+        let rows = lines::<HALF, WIDTH>(&rows, begin..whole, last);
+        synthesise_lines::<S, HALF, WIDTH, MAPS>(simd, &rows, &sums[begin..whole], &mut totals);
+    }
+    let rows = lines::<0, WIDTH>(&rows, whole..last, last);
+    synthesise_lines::<S, 0, WIDTH, MAPS>(simd, &rows, &sums[whole..last], &mut totals);
+    store_totals(simd, block(&recurrence.octets, first), first, &totals, out);
+}
+
+/// Some steps of the rows from `FROM`.
+#[inline(always)]
+fn synthesise_lines<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
+    simd: S,
+    rows: &[&[Lanes]; WIDTH],
+    sums: &[[[f64; 4]; MAPS]],
+    totals: &mut Totals<S, WIDTH, MAPS>,
+) {
+    for (k, sums) in sums.iter().enumerate() {
+        let p = load::<S, FROM, WIDTH>(simd, rows, k);
+        add_step::<S, FROM, WIDTH, MAPS>(simd, &p, totals, sums);
+    }
+}
+
+/// Adds Σ over the rings of a block of p_k · parts to `sums[k / 2]`, four for each of two steps.
+#[inline(always)]
+fn analyse_block<S: Simd, const MAPS: usize, const WIDTH: usize, const HALF: usize>(
+    simd: S,
+    first: usize,
+    (table, recurrence, m, parts): OrderInput<'_, &[Quad]>,
+    sums: &mut [[Lanes; MAPS]],
+) {
+    let last = recurrence.steps(m).len();
+    let rows = table.rows::<WIDTH>(m, first);
+    let parts = std::array::from_fn(|map| block(parts[map], first));
+    let (begin, whole) = (last - rows[WIDTH - 1].len(), last - rows[0].len());
+    if HALF > 0 {
+        let rows = lines::<HALF, WIDTH>(&rows, begin..whole, last);
+        let sums = &mut sums[begin / 2..whole / 2];
+        analyse_lines::<S, HALF, WIDTH, MAPS>(simd, &rows, &parts, sums);
+    }
+    let rows = lines::<0, WIDTH>(&rows, whole..last, last);
+    analyse_lines::<S, 0, WIDTH, MAPS>(simd, &rows, &parts, &mut sums[whole / 2..last / 2]);
+}
+
+/// Two steps at a time of the rows from `FROM`; where they begin and end is even.
+#[inline(always)]
+fn analyse_lines<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
+    simd: S,
+    rows: &[&[Lanes]; WIDTH],
+    parts: &[&[Quad; WIDTH]; MAPS],
+    sums: &mut [[Lanes; MAPS]],
+) {
+    for (k, sums) in sums.iter_mut().enumerate() {
+        let p = load::<S, FROM, WIDTH>(simd, rows, 2 * k);
+        let q = load::<S, FROM, WIDTH>(simd, rows, 2 * k + 1);
+        add_two_steps::<S, FROM, WIDTH, MAPS>(simd, [&p, &q], parts, sums);
+    }
+}
