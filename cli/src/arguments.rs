@@ -721,7 +721,7 @@ Examples:
   lobes classify ball.png --names
   lobes classify pictures --json > answers.jsonl
   lobes classify ball.jpg --pbr ball.gltf
-  lobes classify ball.jpg --light light.exr
+  lobes classify ball.jpg --light light.exr --report
   lobes classify vase.exr --normals normals.exr --mask mask.png
   lobes classify pictures --report --out pages
 
@@ -777,7 +777,8 @@ pub(super) struct Classify {
     pub(super) all: bool,
     #[command(flatten)]
     pub(super) shape: Shape,
-    /// Draw each posterior, as a page.
+    /// A page: each ball as it was read and how likely each answer is; with --light the light, its
+    /// deviation, the ball again in that light, and what is left over.
     #[arg(long)]
     pub(super) report: bool,
     /// Where the page goes, and the overlays that show where a sphere was found.

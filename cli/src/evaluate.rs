@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use crate::arguments::Evaluate;
 use crate::error::{Error, Result};
 use crate::output::{FolderLock, OutputFolder, write_file};
-use crate::report::{Figure, Image, Inline, Page};
+use crate::report::{Figure, Image, Inline, Page, difference};
 use crate::{console, progress};
 use lobes::Parallelism;
 use lobes::evaluation::{Evaluator, LIGHT_MEASURES, Protocol};
@@ -607,13 +607,7 @@ fn strip(
             _ => {
                 let t = Luminance::Rec709.of(seen(&of_truth, ball, row, column)?);
                 let e = Luminance::Rec709.of(seen(&of_estimate, ball, row, column)?);
-                let apart = (e - t).clamp(-1.0, 1.0);
-                let faded = 1.0 - apart.abs();
-                Some(if apart > 0.0 {
-                    [0.9, 0.9 * faded, 0.9 * faded]
-                } else {
-                    [0.9 * faded, 0.9 * faded, 0.9]
-                })
+                Some(difference(e - t))
             }
         }
     })?;

@@ -4,6 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::bright_lights::BrightLights;
 use super::evidence::{log_sum_exp, natural_spectrum};
+use super::expected_picture::ExpectedPicture;
 use super::light_grid::{LightField, LightGrid};
 use super::light_posterior::{ChannelReflectance, LightReader, SeenLobe};
 use super::possible_reflectances::PossibleReflectance;
@@ -91,6 +92,8 @@ pub struct BallLight {
     pub mean: [Coefficients; 3],
     /// The posterior probability of each of the reflectances.
     pub probabilities: Vec<f64>,
+    /// The picture beside the one that is expected of it.
+    pub picture: ExpectedPicture,
     /// The variance on the grid of the view's frame.
     variance: Vec<[f64; 3]>,
     rows: usize,
@@ -188,7 +191,8 @@ impl BallLightReader {
             })
             .collect::<Result<Vec<_>>>()?;
         let parts = parallelism.map(reflectances.len(), |i| {
-            self.of_reflectance(&modes, &lights, &lobes[i], &reflectances[i].channels)
+            let channels = &reflectances[i].channels;
+            self.of_reflectance(&modes, &lights, &lobes[i], channels, unwrapped.columns())
         });
         let parts = parts.into_iter().collect::<Result<Vec<_>>>()?;
         let logs = parts.iter().zip(reflectances);
@@ -198,10 +202,15 @@ impl BallLightReader {
         let whole = log_sum_exp(logs.iter().copied());
         let probabilities: Vec<f64> = logs.iter().map(|log| (log - whole).exp()).collect();
         let mut mean = [(); 3].map(|()| Coefficients::zeros(Self::DEGREE));
+        let mut picture = ExpectedPicture::new(&unwrapped, &self.layout);
         let mut squares = vec![[0.0; 3]; self.grid.rows() * self.grid.columns()];
-        for ((part, of), probability) in parts.into_iter().zip(reflectances).zip(&probabilities) {
-            for (channel, (coefficients, field)) in part.channels.into_iter().enumerate() {
-                let [first, second] = of.inverse_scale[channel].map(|m| probability * m);
+        for ((part, reflectance), probability) in
+            parts.into_iter().zip(reflectances).zip(&probabilities)
+        {
+            for (channel, of) in part.channels.into_iter().enumerate() {
+                let (coefficients, field) = (of.mean, of.field);
+                picture.add(channel, *probability, &of.shown);
+                let [first, second] = reflectance.inverse_scale[channel].map(|m| probability * m);
                 let sums = mean[channel].as_mut_slice().iter_mut();
                 for (sum, value) in sums.zip(coefficients.as_slice()) {
                     *sum += first * value;
@@ -223,18 +232,21 @@ impl BallLightReader {
         Ok(BallLight {
             mean,
             probabilities,
+            picture,
             variance: squares,
             rows: self.grid.rows(),
         })
     }
 
-    /// What each channel shows if the ball is made of this.
+    /// What each channel shows if the ball is made of this, rings of the picture having so many
+    /// columns.
     fn of_reflectance(
         &self,
         modes: &[Modes; 3],
         lights: &BrightLights,
         lobe: &SeenLobe,
         channels: &[ChannelReflectance; 3],
+        columns: usize,
     ) -> Result<SeenLight> {
         // Channels whose body and lobe are in one proportion share a reader.
         let mut readers: Vec<(ChannelReflectance, LightReader)> = Vec::with_capacity(3);
@@ -277,7 +289,11 @@ impl BallLightReader {
                 .variance
                 .iter_mut()
                 .for_each(|value| *value *= ratio * ratio);
-            all.push((coefficients, field));
+            all.push(SeenChannel {
+                shown: lobe.shown(&coefficients, own.diffuse, own.specular, columns)?,
+                mean: coefficients,
+                field,
+            });
         }
         Ok(SeenLight {
             channels: all,
@@ -288,9 +304,16 @@ impl BallLightReader {
 
 /// What is seen of the light if the ball is made of one reflectance.
 struct SeenLight {
-    channels: Vec<(Coefficients, LightField)>,
+    channels: Vec<SeenChannel>,
     /// The mean over the channels.
     log_evidence: f64,
+}
+
+struct SeenChannel {
+    mean: Coefficients,
+    field: LightField,
+    /// The rings of the picture that the mean makes.
+    shown: Vec<f64>,
 }
 
 /// The larger of body and lobe.

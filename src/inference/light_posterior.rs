@@ -157,6 +157,17 @@ impl SeenLobe {
             tails: tails(layout, spectrum, sigma)?,
         })
     }
+
+    /// The rings of the picture that a light makes, ring by ring.
+    pub(super) fn shown(
+        &self,
+        light: &Coefficients,
+        diffuse: f64,
+        specular: f64,
+        columns: usize,
+    ) -> Result<Vec<f64>> {
+        self.operator.forward(light, diffuse, specular, columns)
+    }
 }
 
 impl LightReader {

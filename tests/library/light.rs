@@ -4,14 +4,14 @@
 use lobes::features::{Modes, RingLayout, Unwrapped};
 use lobes::glam::DVec3;
 use lobes::harmonics::{Coefficients, legendre};
-use lobes::illumination::builtin;
+use lobes::illumination::{EnvironmentMap, builtin};
 use lobes::inference::{
     BallLightReader, Binned, BrightLights, ChannelReflectance, FinishVerdict, LightGrid,
     LightQuantity, LightReader, PossibleReflectance, natural_spectrum,
 };
 use lobes::nalgebra::{DMatrix, DVector};
 use lobes::reflectance::{Finish, Material, Variant, lambert};
-use lobes::reflection::{Camera, Operator, Renderer, Settings, Viewpoint};
+use lobes::reflection::{Camera, Operator, Renderer, Settings, SphereImage, Viewpoint};
 use lobes::{Error, Parallelism};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -610,5 +610,103 @@ fn points_follow_the_posterior_of_the_finish() {
             let base = seen.diffuse.max(seen.specular);
             assert!(near(base, f64::exp(-0.5)) && point.channels[0].specular <= 1.0);
         }
+    }
+}
+
+/// What is expected of a picture beside what the renderer makes of the mean light; a patch of black
+/// on the ball, which no light makes, is left over.
+#[test]
+fn what_is_expected_is_what_the_renderer_makes_of_the_light() {
+    let rayon = Parallelism::Rayon;
+    let radiance = |d: DVec3| {
+        let bright =
+            2.0 + d.x + 0.7 * d.y * d.z + 0.4 * (d.x * d.x - d.y * d.y) + 0.3 * d.z.powi(3);
+        [bright, 1.3 * bright - 0.4 * d.y, bright + 0.5 * d.x * d.y]
+    };
+    let map = |pixel: &dyn Fn(usize) -> [f64; 3]| {
+        EnvironmentMap::new("smooth", 256, 128, (0..256 * 128).map(pixel).collect()).unwrap()
+    };
+    let empty = map(&|_| [1.0; 3]);
+    let smooth = map(&|i| radiance(empty.direction(i / 256, i % 256)));
+    let settings = Settings {
+        size: 96,
+        ..Settings::default()
+    };
+    let render = |map: &EnvironmentMap, material: &Material, camera: &Camera| {
+        let renderer = Renderer::new(map, rayon).unwrap();
+        let rendered = renderer.render(material, Variant::default(), camera, &settings, rayon);
+        rendered.unwrap().image
+    };
+    let towards = DVec3::new(0.3, 0.4, 1.0).normalize();
+    let far = |towards| Camera::orthographic(towards, DVec3::Y).unwrap();
+    let near = |towards| Camera::perspective(towards, DVec3::Y, 4.0).unwrap();
+    for (camera, ahead, diffuse, specular, sigma) in [
+        (far(towards), far(DVec3::Z), 0.3, 0.05, 0.1),
+        (near(towards), near(DVec3::Z), 0.0, 0.9, 0.15),
+    ] {
+        let material = Material::from_albedos("ball", [diffuse; 3], [specular; 3], sigma).unwrap();
+        let image = render(&smooth, &material, &camera);
+        let reader = BallLightReader::of_image(&image, LightQuantity::Radiance).unwrap();
+        let seen = PossibleReflectance::of_material(&material);
+        let light = reader.read(&image, &[seen], rayon).unwrap();
+        let (mean, _) = light.lat_long(128).unwrap();
+        // No map goes below 0, and pictures are sums: of the light and as much as it lacks all round,
+        // less that of the latter.
+        let lacks = mean.as_flattened().iter().fold(0.0, |a: f64, b| a.max(-b));
+        let raised = map(&|i| mean[i].map(|value| value + lacks));
+        let again = render(&raised, &material, &ahead);
+        let even = render(&empty, &material, &ahead);
+        let at = |index: usize| (2 * index + 1) as f64 / 96.0 - 1.0;
+        let mut count = 0;
+        for (row, column, rgb) in again.iter() {
+            let Some((read, expected)) = light.picture.at(at(column), -at(row)) else {
+                assert!(at(column).hypot(at(row)) > 0.94);
+                continue;
+            };
+            let shown = image.get(row, column).unwrap();
+            for c in 0..3 {
+                let again = rgb[c] - lacks * even.get(row, column).unwrap()[c];
+                let off = expected[c] / again - 1.0;
+                assert!(off.abs() < 0.01, "{row} {column} {c}: {off}");
+                assert!((read[c] / shown[c] - 1.0).abs() < 0.01, "{row} {column}");
+            }
+            count += 1;
+        }
+        assert!(count > 6000);
+        let residual = light.picture.residual();
+        assert!(residual < 0.005, "{residual}");
+        // How bright the ball is makes no difference.
+        let darker = [0.5 * diffuse, 0.5 * specular];
+        let darker = Material::from_albedos("darker", [darker[0]; 3], [darker[1]; 3], sigma);
+        let both = [&material, &darker.unwrap()].map(PossibleReflectance::of_material);
+        let mixed = reader.read(&image, &both, rayon).unwrap();
+        for (x, y) in [(0.0, 0.3), (-0.6, 0.5), (0.1, -0.9)] {
+            let [one, two] = [&light, &mixed].map(|of| of.picture.at(x, y).unwrap().1);
+            assert!((two[1] / one[1] - 1.0).abs() < 1e-6, "{x} {y}");
+        }
+        // At the right of the middle, 10 pixels square.
+        let pixels = (0..96 * 96).map(|i| {
+            let black = (43..53).contains(&(i / 96)) && (65..75).contains(&(i % 96));
+            image
+                .get(i / 96, i % 96)
+                .map_or([0.0; 3], |rgb| if black { [0.0; 3] } else { rgb })
+        });
+        let painted = SphereImage::new(camera, 96, pixels.collect()).unwrap();
+        let seen = PossibleReflectance::of_material(&material);
+        let light = reader.read(&painted, &[seen], rayon).unwrap();
+        let (mut off, mut all) = (0.0, 0.0);
+        for (row, column, rgb) in painted.iter() {
+            if let Some((_, expected)) = light.picture.at(at(column), -at(row)) {
+                off += (0..3).map(|c| (rgb[c] - expected[c]).powi(2)).sum::<f64>();
+                all += rgb.iter().map(|value| value * value).sum::<f64>();
+            }
+        }
+        // Of pixels it is larger: on the rings the patch's edges are softened.
+        let (residual, of_pixels) = (light.picture.residual(), f64::sqrt(off / all));
+        assert!(residual > 0.02, "{residual}");
+        assert!(
+            (residual / of_pixels - 1.0).abs() < 0.3,
+            "{residual} {of_pixels}"
+        );
     }
 }

@@ -33,6 +33,8 @@ pub(super) struct Ball {
     pub(super) grey: bool,
     /// The ball itself, where its light is asked for.
     pub(super) image: Option<SphereImage>,
+    /// What brings its mean luminance to a quarter, at which it is shown.
+    pub(super) exposure: f64,
     /// A PNG of it, for the page.
     pub(super) picture: Option<Vec<u8>>,
     /// A PNG that shows where it was found, and its width and height.
@@ -115,6 +117,7 @@ fn ball(
         },
         grey: sphere.is_grey(),
         image: options.light.is_some().then(|| image.clone()),
+        exposure,
         picture: if options.report {
             Some(encode_spheres(&[image], 1, 0, exposure)?)
         } else {

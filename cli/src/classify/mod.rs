@@ -1,6 +1,7 @@
 //! `lobes classify`: the finish and the reflectance of the ball in a picture, and its name.
 
 mod ball;
+mod light_page;
 mod pages;
 mod shape;
 mod words;
@@ -13,8 +14,9 @@ use self::ball::Ball;
 use self::pages::Pages;
 use self::words::{NO_SINGLE_FINISH, NONE_OF_THESE, line_of_json, sentence};
 use crate::arguments::Classify;
+use crate::ball_light::LightMaps;
 use crate::error::{Error, Result};
-use crate::{ball_light, console, input, lights, materials, progress, training};
+use crate::{console, input, lights, materials, progress, training};
 use lobes::Parallelism;
 use lobes::exchange::{self, Format};
 use lobes::inference::{FinishModel, FinishVerdict, Model, PortraitReader, Verdict};
@@ -147,6 +149,7 @@ pub(super) fn run(options: &Classify) -> Result<()> {
                 (Ok(ball), Ok(answer)) => Ok((ball, answer)),
                 (Err(error), _) | (_, Err(error)) => Err(error),
             };
+            let mut light = None;
             match read {
                 Err(error) => {
                     failed += 1;
@@ -155,7 +158,9 @@ pub(super) fn run(options: &Classify) -> Result<()> {
                 Ok((ball, answer)) => {
                     counts.add(answer);
                     if let (Some(path), Some(image)) = (&options.light, &ball.image) {
-                        ball_light::write(path, image, &answer.finish)?;
+                        let read = LightMaps::read(image, &answer.finish)?;
+                        read.write(path)?;
+                        light = Some(read);
                     }
                     if options.pbr.is_some() {
                         let name = entry.named(&input::name(entry.path));
@@ -164,7 +169,7 @@ pub(super) fn run(options: &Classify) -> Result<()> {
                 }
             }
             bar.suspend(|| tell(entry, &read, &materials, alone))?;
-            pages.add(entry, &read, &materials)?;
+            pages.add(entry, &read, &materials, light.as_ref())?;
         }
     }
     bar.finish_and_clear();

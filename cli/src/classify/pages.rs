@@ -1,8 +1,10 @@
 //! The overlays of `lobes classify`, and its page.
 
+use super::light_page;
 use super::words::{LEVEL, NO_SINGLE_FINISH, finishes, names, sentence};
 use super::{Entry, Read};
 use crate::arguments::Classify;
+use crate::ball_light::LightMaps;
 use crate::error::Result;
 use crate::output::OutputFolder;
 use crate::report::{Figure, Image, Inline, Page, posterior_map};
@@ -51,8 +53,14 @@ impl<'a> Pages<'a> {
         }
     }
 
-    /// What is shown of the `number`th picture.
-    pub(super) fn add(&mut self, entry: &Entry, read: &Read, materials: &[Material]) -> Result<()> {
+    /// What is shown of a picture, and of the light about its ball where that was read.
+    pub(super) fn add(
+        &mut self,
+        entry: &Entry,
+        read: &Read,
+        materials: &[Material],
+        light: Option<&LightMaps>,
+    ) -> Result<()> {
         let file = if input::is_standard(entry.path) {
             input::NAME.into()
         } else {
@@ -109,7 +117,13 @@ impl<'a> Pages<'a> {
         self.page.heading(&name);
         self.page
             .paragraph(&sentence(ball, answer, materials, entry.of > 1));
+        if let Some(light) = light {
+            pictures.extend(light_page::ball_again(light, ball.exposure)?);
+        }
         self.page.grid(220, &pictures);
+        if let Some(light) = light {
+            light_page::show(&mut self.page, light, finish)?;
+        }
         let ranked = finishes(finish);
         let mut rows: Vec<(f64, &str)> = ranked.clone();
         if let Some(verdict) = &answer.name {

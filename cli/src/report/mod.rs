@@ -1,6 +1,7 @@
 //! Figures, pages and the accuracy file.
 
 mod accuracy;
+mod difference;
 mod figures;
 mod page;
 mod plot;
@@ -9,6 +10,7 @@ pub use accuracy::{
     AccuracyFile, AccuracyRow, BestRow, CeilingRow, Comparison, ContinuousRow, FilesRow,
     NamedConfusion,
 };
+pub use difference::difference;
 pub use figures::{
     answers_calibration, calibration, confusion_matrix, feature_plane, light_spectra, posterior_map,
 };

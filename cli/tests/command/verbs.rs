@@ -672,13 +672,27 @@ fn classify_reads_the_light() {
     let render = ["render", "--light", "pmndrs-city", "--material", "silver"];
     assert!(lobes(&render, at).status.success());
     let read = ["classify", "spheres/silver.png", "--light", "light.exr"];
-    let output = lobes(&read, at);
+    let output = lobes(&[&read[..], &["--report"]].concat(), at);
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{message}");
     let map = |name: &str| lobes::illumination::read(&at.join(name), None).unwrap();
     let (mean, deviation) = (map("light.exr"), map("light-deviation.exr"));
     for map in [&mean, &deviation] {
         assert_eq!((map.width(), map.height()), (256, 128));
+    }
+    // The page has the light, its deviation, the ball again and what is left over in itself; of a
+    // clean picture of a mirror little is.
+    let page = std::fs::read_to_string(at.join("classified/index.html")).unwrap();
+    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 4);
+    let left = page.split("Left over: ").nth(1).unwrap();
+    let left: f64 = left.split(' ').next().unwrap().parse().unwrap();
+    assert!((0.0..5.0).contains(&left), "{left}");
+    for words in [
+        "The light about it",
+        "base colour, red",
+        "Its standard deviation",
+    ] {
+        assert!(page.contains(words), "{words}");
     }
     assert!(
         deviation
