@@ -6,7 +6,9 @@ use crate::error::Result;
 use crate::output;
 use lobes::Parallelism;
 use lobes::files::{self, Precision, encode_exr};
-use lobes::inference::{BallLightReader, ExpectedPicture, FinishVerdict, LightQuantity};
+use lobes::inference::{
+    BallLightReader, ExpectedPicture, FinishVerdict, LightQuantity, PossibleReflectance,
+};
 use lobes::reflection::SphereImage;
 
 /// Rows of the maps.
@@ -25,7 +27,16 @@ impl LightMaps {
     /// The light that an image shows of a ball, averaged over what it may be made of.
     pub(super) fn read(image: &SphereImage, finish: &FinishVerdict) -> Result<Self> {
         let reader = BallLightReader::of_image(image, LightQuantity::Radiance)?;
-        let light = reader.read(image, &finish.possible_reflectances(), Parallelism::Rayon)?;
+        Self::by(&reader, image, &finish.possible_reflectances())
+    }
+
+    /// What an image shows of the light if the ball is made of one of these.
+    pub(super) fn by(
+        reader: &BallLightReader,
+        image: &SphereImage,
+        reflectances: &[PossibleReflectance],
+    ) -> Result<Self> {
+        let light = reader.read(image, reflectances, Parallelism::Rayon)?;
         let (mut mean, deviation) = light.lat_long(HEIGHT)?;
         // The mean swings below 0 about sharp lamps, and no light does.
         for value in mean.as_flattened_mut() {

@@ -16,15 +16,13 @@ use lobes::Parallelism;
 use lobes::features::TOP_DEGREE;
 use lobes::illumination::EnvironmentMap;
 use lobes::inference::{
-    Dataset, EvidenceReader, EvidenceReading, JudgedPosteriors, JudgedReading, LearnedPosterior,
-    LogReader, Observation, Plan, Posterior, RandomReflectances, Reader, Reading, ReflectanceGrid,
-    Sample, Scenes, TrainingPlan, collect_random,
+    Dataset, JudgedReading, Observation, Plan, Reader, Reading, Scenes, TrainingPlan,
 };
 use lobes::reflectance::{Finish, Material, Variant};
 use lobes::reflection::Settings;
 use lobes_experiments::{
-    Calibration, Evaluation, Harness, Method, NearestNeighbour, Protocol, Scaling, best_share,
-    leave_one_illumination_out, mcnemar,
+    ContinuousReadings, Evaluation, Harness, Method, NearestNeighbour, Protocol, Scaling,
+    best_share, leave_one_illumination_out, mcnemar,
 };
 
 mod page;
@@ -321,73 +319,22 @@ impl Beyond {
         plan: &Plan,
         seed: u64,
     ) -> Result<()> {
-        let viewpoint = Protocol::Continuous.view().viewpoint;
-        let reader = LogReader::new(viewpoint)?;
-        let evidence_reader = EvidenceReader::new(viewpoint)?;
         let bar = progress::bar(maps.len(), "random");
-        let random = RandomReflectances {
-            seed,
-            ..RandomReflectances::default()
-        };
-        let samples = collect_random(
-            &Protocol::Continuous.view().cameras(plan.turns)?,
-            maps,
-            &random,
-            plan,
-            Parallelism::Rayon,
-            &|| bar.inc(1),
-            &|judged, _, image| {
-                let reading = judged.then(|| evidence_reader.read(image));
-                Ok((reader.features(image)?, reading.transpose()?))
-            },
-        );
+        let readings =
+            ContinuousReadings::new(maps, plan, seed, Parallelism::Rayon, &|| bar.inc(1));
         bar.finish_and_clear();
-        let layout = evidence_reader.layout();
-        let grid = ReflectanceGrid::of_view(plan.lobe, layout, Parallelism::Rayon)?;
-        let (mut features, mut readings) = (Vec::new(), Vec::new());
-        for sample in samples? {
-            let (view, reading) = sample.view;
-            features.push(Sample {
-                illumination: sample.illumination,
-                judged: sample.judged,
-                truth: sample.truth,
-                view,
-            });
-            readings.push(reading);
-        }
-        let bar = progress::bar(readings.len(), "evidence");
-        let evidence = Parallelism::Rayon.map(readings.len(), |i| {
-            bar.inc(1);
-            let of = |reading: &EvidenceReading| {
-                grid.log_likelihoods(&reading.luminance, &reading.lights)
-            };
-            readings[i].as_ref().map(of).transpose()
+        let readings = readings?;
+        let bar = progress::bar(readings.count(), "evidence");
+        let judged = readings.judge(plan, scenes, Parallelism::Rayon, &|| bar.inc(1));
+        bar.finish_and_clear();
+        let rows = judged?.map(|(reader, calibration)| ContinuousRow {
+            reader: reader.into(),
+            count: calibration.count,
+            sigma_error: calibration.sigma_error,
+            share_error: calibration.share_error,
+            coverage: calibration.coverage,
         });
-        bar.finish_and_clear();
-        let evidence = evidence.into_iter().collect::<lobes::Result<Vec<_>>>()?;
-        let learned = LearnedPosterior::new(
-            &features,
-            &Posterior::default_shares(),
-            &Posterior::default_sigmas(),
-        )?
-        .with_scenes(scenes);
-        let results = learned.leave_one_illumination_out(&evidence, Parallelism::Rayon)?;
-        let row = |reader: &str, of: fn(&JudgedPosteriors) -> &Posterior| {
-            let posteriors: Vec<_> = results.iter().map(|r| (r.truth, of(r))).collect();
-            let calibration = Calibration::of(&posteriors);
-            ContinuousRow {
-                reader: reader.into(),
-                count: calibration.count,
-                sigma_error: calibration.sigma_error,
-                share_error: calibration.share_error,
-                coverage: calibration.coverage,
-            }
-        };
-        self.continuous = vec![
-            row("evidence", |r| &r.evidence),
-            row("learned", |r| &r.learned),
-            row("both", |r| &r.both),
-        ];
+        self.continuous = rows.to_vec();
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use super::bright_lights::BrightLights;
 use super::evidence::{log_sum_exp, natural_spectrum};
 use super::expected_picture::ExpectedPicture;
 use super::light_grid::{LightField, LightGrid};
-use super::light_posterior::{ChannelReflectance, LightReader, SeenLobe};
+use super::light_posterior::{ChannelReflectance, LightReader, SeenLobe, check_noise};
 use super::possible_reflectances::PossibleReflectance;
 use crate::error::check_count;
 use crate::features::{Modes, RingLayout, Unwrapped};
@@ -55,6 +55,8 @@ use crate::{Error, Parallelism, Result};
 pub struct BallLightReader {
     layout: RingLayout,
     quantity: LightQuantity,
+    /// ν.
+    noise: f64,
     spectrum: Vec<f64>,
     operators: OperatorSet,
     grid: LightGrid,
@@ -118,7 +120,32 @@ impl BallLightReader {
     /// # Errors
     /// A camera inside the sphere.
     pub fn new(viewpoint: Viewpoint, quantity: LightQuantity) -> Result<Self> {
-        let layout = LightReader::default_layout(viewpoint)?;
+        Self::within(viewpoint, quantity, RingLayout::LARGEST_RADIUS, Self::NOISE)
+    }
+
+    /// The plan for pictures of which only what lies within `radius` of the centre is to be read, in
+    /// radii of the ball's outline, with a noise of ν: of [`ShapeBall`](crate::picture::ShapeBall)
+    /// its reach.
+    ///
+    /// ```
+    /// use lobes::inference::{BallLightReader, LightQuantity};
+    /// use lobes::reflection::Viewpoint;
+    /// // The normals to 37° from the line of sight, which mirror the light to 74°.
+    /// let (view, what) = (Viewpoint::Orthographic, LightQuantity::Radiance);
+    /// let reader = BallLightReader::within(view, what, 0.6, 3e-3)?;
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A camera inside the sphere; [`Error::Domain`] for a radius or a noise that is not above 0.
+    pub fn within(
+        viewpoint: Viewpoint,
+        quantity: LightQuantity,
+        radius: f64,
+        noise: f64,
+    ) -> Result<Self> {
+        check_noise(noise)?;
+        let layout = LightReader::layout_within(viewpoint, radius)?;
         let lobe = Variant::default();
         Ok(Self {
             operators: OperatorSet::new(lobe, viewpoint, layout.angles(), Self::DEGREE)?,
@@ -129,6 +156,7 @@ impl BallLightReader {
             },
             layout,
             quantity,
+            noise,
         })
     }
 
@@ -266,7 +294,7 @@ impl BallLightReader {
                 None => {
                     let (layout, spectrum) = (&self.layout, &self.spectrum);
                     let (diffuse, specular) = (own.diffuse, own.specular);
-                    let (noise, one) = (Self::NOISE, Parallelism::Sequential);
+                    let (noise, one) = (self.noise, Parallelism::Sequential);
                     let reader = LightReader::of_lobe(
                         lobe, diffuse, specular, layout, spectrum, noise, one,
                     )?;

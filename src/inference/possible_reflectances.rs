@@ -2,6 +2,7 @@
 
 use super::finish::FinishVerdict;
 use super::light_posterior::ChannelReflectance;
+use super::posterior::Posterior;
 use crate::illumination::Luminance;
 use crate::reflectance::{Finish, Material};
 
@@ -140,6 +141,44 @@ impl FinishVerdict {
         }
         let share = self.share.quantile(from + (to - from) * at);
         share.clamp(low, high)
+    }
+}
+
+impl Posterior {
+    /// The posterior as a few points of one weight each, at equal steps of its probability along the
+    /// cells by rising σ and share: a grey ball whose albedos sum to 1, since evidence knows no
+    /// brightness and no colour. The light is then that of such a ball.
+    ///
+    /// ```
+    /// use lobes::inference::{Posterior, PossibleReflectance};
+    /// fn roughest(posterior: &Posterior) -> f64 {
+    ///     let points = posterior.possible_reflectances();
+    ///     points.iter().map(|point| point.channels[0].sigma).fold(0.0, f64::max)
+    /// }
+    /// ```
+    pub fn possible_reflectances(&self) -> Vec<PossibleReflectance> {
+        let weight = 1.0 / POINTS as f64;
+        let mut points: Vec<PossibleReflectance> = Vec::new();
+        let (mut below, mut taken) = (0.0, 0);
+        for (cell, probability) in self.probabilities().iter().enumerate() {
+            below += probability;
+            let reached = (0..POINTS)
+                .filter(|i| weight * (*i as f64 + 0.5) < below)
+                .count();
+            if reached > taken {
+                let share = self.shares()[cell % self.shares().len()];
+                let channel = ChannelReflectance {
+                    diffuse: 1.0 - share,
+                    specular: share,
+                    sigma: self.sigmas()[cell / self.shares().len()],
+                };
+                let mut point = PossibleReflectance::known([channel; 3]);
+                point.weight = weight * (reached - taken) as f64;
+                points.push(point);
+                taken = reached;
+            }
+        }
+        points
     }
 }
 

@@ -143,7 +143,7 @@ impl ShapeBall {
 
     /// ν of `inference::GaussianEvidence` that fits it: more than of a
     /// ball's picture, for pixels that stand between others are interpolated. Chosen on shapes that
-    /// `tests/library/shapes.rs` makes.
+    /// `experiments/src/known_shapes.rs` makes.
     pub const NOISE: f64 = 1e-3;
 
     /// The same where only the rings near the centre are read.

@@ -1,98 +1,20 @@
 //! Shapes with known normals, read as balls: made by formulas, shaded by normals alone.
 
+use lobes::Error;
 use lobes::glam::{DQuat, DVec3};
-use lobes::illumination::builtin;
-use lobes::inference::{EvidenceReader, ReflectanceGrid, natural_spectrum};
-use lobes::picture::{Circle, NormalFrame, Normals, Picture, ShapeBall};
-use lobes::reflectance::{Material, Variant};
-use lobes::reflection::{Camera, Renderer, Settings, SphereImage, Viewpoint};
-use lobes::{Error, Parallelism};
+use lobes::picture::{NormalFrame, Normals, Picture, ShapeBall};
 
-const SIDE: usize = 240;
-
-/// The normal in the camera's frame at a place of −1.2 … 1.2, y up.
-type Shape = fn(f64, f64) -> Option<DVec3>;
-
-fn ellipsoid(x: f64, y: f64) -> Option<DVec3> {
-    let (a, b, c) = (1.1, 0.75, 0.9);
-    let square = 1.0 - (x / a).powi(2) - (y / b).powi(2);
-    let z = c * square.max(0.0).sqrt();
-    (square > 0.0).then(|| DVec3::new(x / (a * a), y / (b * b), z / (c * c)).normalize())
-}
-
-/// |x|^p + |y|^p + |z|^p = 1.
-fn superquadric(x: f64, y: f64) -> Option<DVec3> {
-    let p = 2.6;
-    let rest = 1.0 - x.abs().powf(p) - y.abs().powf(p);
-    let slope = |v: f64| v.abs().powf(p - 1.0) * v.signum();
-    (rest > 0.0).then(|| DVec3::new(slope(x), slope(y), slope(rest.powf(1.0 / p))).normalize())
-}
-
-/// A torus that is seen from 40° above its plane, by steps of its distance along the ray.
-fn torus(x: f64, y: f64) -> Option<DVec3> {
-    let tilt = DQuat::from_rotation_x(40f64.to_radians());
-    let (large, small) = (0.75, 0.32);
-    let towards = tilt.inverse() * DVec3::Z;
-    let mut place = tilt.inverse() * DVec3::new(x, y, 2.0);
-    for _ in 0..400 {
-        let around = place.x.hypot(place.z);
-        let distance = (around - large).hypot(place.y) - small;
-        if distance < 1e-6 {
-            let ring = DVec3::new(place.x, 0.0, place.z) * (large / around);
-            return Some(tilt * (place - ring).normalize());
-        }
-        place -= towards * distance;
-        if place.length() > 4.0 {
-            return None;
-        }
-    }
-    None
-}
-
-/// Hills on a plane that faces the camera.
-fn hills(x: f64, y: f64) -> Option<DVec3> {
-    let slope = |at: f64| 0.9 * (4.0 * at).cos();
-    Some(DVec3::new(-slope(x), -slope(y), 1.0).normalize())
-}
-
-/// The places of the pixels.
-fn places() -> impl Iterator<Item = (f64, f64)> {
-    let at = |i: usize| 2.4 * (i as f64 + 0.5) / SIDE as f64 - 1.2;
-    (0..SIDE * SIDE).map(move |i| (at(i % SIDE), -at(i / SIDE)))
-}
-
-fn components(shape: Shape) -> Vec<[f64; 3]> {
-    let all = places().map(|(x, y)| shape(x, y).map_or([0.0; 3], |n| n.to_array()));
-    all.collect()
-}
+// The experiments judge by the same shapes.
+#[path = "../../experiments/src/known_shapes.rs"]
+mod known_shapes;
+use known_shapes::{SIDE, Shape, components, ellipsoid, hills, superquadric, torus};
 
 fn normals(shape: Shape) -> Normals {
-    Normals::new(SIDE, SIDE, &components(shape), NormalFrame::Camera, None).unwrap()
-}
-
-/// What a large picture of a ball shows at a normal, between its pixels.
-fn at(ball: &SphereImage, normal: DVec3) -> [f64; 3] {
-    let size = ball.size() as f64;
-    // Within the rim, where every neighbour shows the ball.
-    let limit = (size - 4.0) / size;
-    let scale = (limit / normal.x.hypot(normal.y)).min(1.0);
-    let (x, y) = (normal.x * scale, normal.y * scale);
-    let (x, y) = (0.5 * (1.0 + x) * size - 0.5, 0.5 * (1.0 - y) * size - 0.5);
-    let (column, row) = (x as usize, y as usize);
-    let (u, v) = (x.fract(), y.fract());
-    let value = |row, column| ball.get(row, column).unwrap_or_default();
-    let corners = [
-        (value(row, column), (1.0 - u) * (1.0 - v)),
-        (value(row, column + 1), u * (1.0 - v)),
-        (value(row + 1, column), (1.0 - u) * v),
-        (value(row + 1, column + 1), u * v),
-    ];
-    [0, 1, 2].map(|c| corners.iter().map(|(rgb, w)| rgb[c] * w).sum())
+    known_shapes::normals(shape).unwrap()
 }
 
 fn shaded(shape: Shape, of: impl Fn(DVec3) -> [f64; 3]) -> Picture {
-    let pixels = places().map(|(x, y)| shape(x, y).map_or([0.0; 3], &of));
-    Picture::linear(SIDE, SIDE, pixels.collect()).unwrap()
+    known_shapes::shaded(shape, of).unwrap()
 }
 
 /// What varies slowly with the normal comes back at its normal.
@@ -135,75 +57,6 @@ fn a_shape_is_the_ball_of_its_normals() {
         ball.reach
     );
     assert!(ball.reach < ShapeBall::WHOLE && ball.coverage < 0.6);
-}
-
-/// σ of shapes beside σ of a ball under the same light, by evidence with nothing learned.
-#[test]
-fn the_roughness_of_shapes_is_read() {
-    let maps = builtin().unwrap();
-    let lobe = Variant::RadianceSampled;
-    let rayon = Parallelism::Rayon;
-    let camera = Camera::orthographic(DVec3::Z, DVec3::Y).unwrap();
-    let reader = EvidenceReader::new(Viewpoint::Orthographic).unwrap();
-    let shares: Vec<f64> = (1..8).map(|i| f64::from(i) / 8.0).collect();
-    let sigmas: Vec<f64> = (0..14).map(|i| 0.02 * 1.22f64.powi(i)).collect();
-    let spectra = [natural_spectrum(0.4, 127)];
-    let grid = |reader: &EvidenceReader, noise: f64| {
-        let layout = reader.layout();
-        ReflectanceGrid::new(lobe, layout, &shares, &sigmas, &spectra, noise, rayon).unwrap()
-    };
-    let whole = grid(&reader, ShapeBall::NOISE);
-    let part = EvidenceReader::within(Viewpoint::Orthographic, 0.6).unwrap();
-    let of_part = grid(&part, ShapeBall::NOISE_OF_PART);
-    let settings = Settings {
-        size: 256,
-        ..Settings::default()
-    };
-    let (mut shapes, mut balls, mut parts) = (Vec::new(), Vec::new(), Vec::new());
-    for map in [&maps[1], &maps[7], &maps[13]] {
-        let renderer = Renderer::new(map, rayon).unwrap();
-        for sigma in [0.05, 0.1, 0.2] {
-            let material = Material::from_albedos("satin", [0.3; 3], [0.3; 3], sigma).unwrap();
-            let ball = renderer.render(&material, lobe, &camera, &settings, rayon);
-            let ball = ball.unwrap().image;
-            let off = |reader: &EvidenceReader, grid: &ReflectanceGrid, image: &SphereImage| {
-                let reading = reader.read(image).unwrap();
-                let posterior = grid.posterior(&reading.luminance, &reading.lights, 0.01);
-                (posterior.unwrap().sigma_quantile(0.5) / sigma - 1.0).abs()
-            };
-            let pixels = (0..256 * 256).map(|i| ball.get(i / 256, i % 256).unwrap_or_default());
-            let photographed = Picture::linear(256, 256, pixels.collect()).unwrap();
-            let circle = Circle {
-                x: 128.0,
-                y: 128.0,
-                radius: 128.0,
-            };
-            let cut = photographed.sphere(circle).unwrap().image;
-            balls.push(off(&reader, &whole, &cut));
-            for shape in [ellipsoid as Shape, superquadric, torus, hills] {
-                let picture = shaded(shape, |normal| at(&ball, normal));
-                let made = normals(shape).ball(&picture).unwrap();
-                let image = made.picture.sphere(made.circle).unwrap().image;
-                if made.reach >= ShapeBall::WHOLE {
-                    shapes.push(off(&reader, &whole, &image));
-                } else {
-                    parts.push(off(&part, &of_part, &image));
-                }
-            }
-        }
-    }
-    let median = |values: &mut Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
-    let [shape, ball, part] = [&mut shapes, &mut balls, &mut parts].map(median);
-    println!(
-        "σ off by {:.1} % of shapes, {:.1} % of balls, {:.1} % of hills (medians)",
-        100.0 * shape,
-        100.0 * ball,
-        100.0 * part
-    );
-    assert!(shape < 0.12 && ball < 0.12 && part < 0.4);
 }
 
 /// A cast shadow on a part of the pixels of every normal.

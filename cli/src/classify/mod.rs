@@ -108,7 +108,7 @@ pub(super) fn run(options: &Classify) -> Result<()> {
     }
     let shape = shape::read(options, &paths[0])?;
     if let Some(part) = shape.as_ref().filter(|ball| ball.reach < ShapeBall::WHOLE) {
-        return shape::tell_part(part, &paths[0]);
+        return shape::tell_part(part, &paths[0], options);
     }
     let (mut failed, mut total, mut problem) = (0, 0, None);
     let mut counts = Counts::new(&materials);

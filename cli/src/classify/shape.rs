@@ -5,13 +5,15 @@ use std::path::Path;
 use serde_json::json;
 
 use crate::arguments::{Classify, Frame};
+use crate::ball_light::LightMaps;
 use crate::error::{Error, Result};
 use crate::{console, input};
 use lobes::Parallelism;
 use lobes::glam::DVec3;
 use lobes::illumination::Luminance;
 use lobes::inference::{
-    EVIDENCE_DEGREE, EvidenceReader, Posterior, ReflectanceGrid, natural_spectrum,
+    BallLightReader, EVIDENCE_DEGREE, EvidenceReader, LightQuantity, Posterior, ReflectanceGrid,
+    natural_spectrum,
 };
 use lobes::picture::{NormalFrame, Normals, Picture, ShapeBall};
 use lobes::reflectance::Variant;
@@ -87,11 +89,12 @@ fn white_or_opaque(mask: &Picture) -> Vec<f32> {
 }
 
 /// Tells of a shape that shows too little of a ball what its evidence says of σ, with nothing
-/// learned.
+/// learned, and of the light where that is asked for.
 ///
 /// # Errors
-/// A shape of which hardly anything is seen.
-pub(super) fn tell_part(ball: &ShapeBall, path: &Path) -> Result<()> {
+/// A shape of which hardly anything is seen; after the telling, what was asked for of which evidence
+/// knows nothing.
+pub(super) fn tell_part(ball: &ShapeBall, path: &Path, options: &Classify) -> Result<()> {
     if ball.reach < LEAST {
         return Err(Error::request(
             format!(
@@ -130,5 +133,28 @@ pub(super) fn tell_part(ball: &ShapeBall, path: &Path) -> Result<()> {
     console::answer(format!(
         "{name}: σ {median:.3} (90 %: {low:.3} – {high:.3}), by evidence alone: the shape has all normals to {degrees:.0}° from the line of sight only, and what was learned from whole balls does not hold of it"
     ));
-    Ok(())
+    if let Some(path) = &options.light {
+        let (radius, noise) = (ball.reach, ShapeBall::NOISE_OF_PART);
+        let (view, what) = (Viewpoint::Orthographic, LightQuantity::Radiance);
+        let reader = BallLightReader::within(view, what, radius, noise)?;
+        let points = posterior.possible_reflectances();
+        LightMaps::by(&reader, &sphere.image, &points)?.write(path)?;
+    }
+    let asked = [
+        (options.pbr.is_some(), "--pbr"),
+        (options.report, "--report"),
+        (options.wants_names(), "--names"),
+    ];
+    let asked: Vec<&str> = asked.into_iter().filter(|of| of.0).map(|of| of.1).collect();
+    if asked.is_empty() {
+        return Ok(());
+    }
+    let whole = ShapeBall::WHOLE.asin().to_degrees();
+    Err(Error::request(
+        format!(
+            "{} needs all normals of a ball to {whole:.0}°, and the shape has them to {degrees:.0}°: σ and the light are all that is read of it",
+            asked.join(" or ")
+        ),
+        "leave that out, or photograph the shape from where more of it faces the camera",
+    ))
 }

@@ -1582,10 +1582,11 @@ fn a_mirror_ball_becomes_a_map() {
     }
 }
 
-/// A matte ellipsoid lit from the upper left, its normals and its mask, as linear files.
+/// A matte ellipsoid lit from the upper left, its normals, its mask and that of what faces the
+/// camera, as linear files.
 fn vase(folder: &Path) {
     const SIDE: usize = 160;
-    let (mut normals, mut shown, mut mask) = (Vec::new(), Vec::new(), Vec::new());
+    let [mut normals, mut shown, mut mask, mut part] = [const { Vec::new() }; 4];
     for i in 0..SIDE * SIDE {
         let at = |index: usize| (2 * index + 1) as f64 / SIDE as f64 - 1.0;
         let (x, y) = (at(i % SIDE), -at(i / SIDE));
@@ -1600,6 +1601,7 @@ fn vase(folder: &Path) {
             .max(0.0);
         normals.push(normal.to_array());
         mask.push([f64::from(u8::from(rest > 0.0)); 3]);
+        part.push([f64::from(u8::from(normal.z > 0.75)); 3]);
         shown.push(if rest > 0.0 {
             [0.4, 0.3, 0.2].map(|body| body * (0.3 + light))
         } else {
@@ -1610,6 +1612,7 @@ fn vase(folder: &Path) {
         ("normals.exr", normals),
         ("vase.exr", shown),
         ("mask.exr", mask),
+        ("part.exr", part),
     ] {
         let picture = lobes::files::Picture {
             width: SIDE,
@@ -1638,11 +1641,28 @@ fn a_shape_is_read_by_its_normals() {
     let told = String::from_utf8_lossy(&told.stdout).into_owned();
     assert!(told.contains("of the normals that a ball does"), "{told}");
     // The light stands up and to the left of the camera, and its deviation beside it.
-    let map = lobes::illumination::read(&at.join("light.exr"), None).unwrap();
-    let up = map.radiance(lobes::glam::DVec3::new(-0.48, 0.6, 0.64));
-    let down = map.radiance(lobes::glam::DVec3::new(0.48, -0.6, 0.64));
-    assert!(up[1] > down[1], "{up:?} {down:?}");
+    let lit_from_above = |name: &str| {
+        let map = lobes::illumination::read(&at.join(name), None).unwrap();
+        let up = map.radiance(lobes::glam::DVec3::new(-0.48, 0.6, 0.64));
+        let down = map.radiance(lobes::glam::DVec3::new(0.48, -0.6, 0.64));
+        assert!(up[1] > down[1], "{name}: {up:?} {down:?}");
+    };
+    lit_from_above("light.exr");
     assert!(at.join("light-deviation.exr").exists());
+    // Of a part of it σ and the light, and no more.
+    let part = ["--mask", "part.exr", "--light", "part-light.exr"];
+    let output = lobes(&[&verb[..], &part[..]].concat(), at);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        output.status.success() && said.contains("by evidence alone"),
+        "{said}"
+    );
+    lit_from_above("part-light.exr");
+    fails(
+        at,
+        &[&verb[..], &part[..2], &["--report", "--pbr", "part.gltf"]].concat(),
+        &["--pbr or --report", "σ and the light"],
+    );
     for (arguments, words) in [
         (
             &["--frame", "opencv"][..],

@@ -2,6 +2,7 @@
 
 mod experts;
 mod finishes;
+mod known_light;
 mod protocols;
 mod scenes;
 mod threads;

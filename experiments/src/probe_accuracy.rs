@@ -1,15 +1,9 @@
-//! How near a map from photographs of a mirror ball comes to the light about it: one simulated
-//! bracket under each of the first built-in maps, two of them unless another number is given.
-//!
-//! `cargo run --release --example probe_accuracy -- 17` prints what docs/how-to/probe.md says. The
-//! photographs are traced rays: a ball that reflects 70 %, 5 to 50 radii from the camera, before the
-//! map itself; five exposures three stops apart, noise of 10 000 electrons, 8 bits; exposures told to
-//! 5 %.
+//! How near a map from photographs of a mirror ball comes to the light about it.
 
 use lobes::evaluation::LightErrors;
 use lobes::files::srgb_of_linear;
 use lobes::glam::DVec3;
-use lobes::illumination::{EnvironmentMap, Luminance, builtin};
+use lobes::illumination::{EnvironmentMap, Luminance};
 use lobes::picture::{Circle, Picture, normal};
 use lobes::probe::{Bracket, MirrorBall, refine};
 use lobes::{Parallelism, Result};
@@ -17,12 +11,32 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 const REFLECTANCE: f64 = 0.7;
-const MANY: Parallelism = Parallelism::Rayon;
+
+/// The errors of simulated brackets, one of each map.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ProbeAccuracy {
+    /// The relative error of ratios of neighbouring exposures.
+    pub ratios: Vec<f64>,
+    /// That of the radius of the circle that is found.
+    pub radius: Vec<f64>,
+    /// That of the irradiance, of the circle that is found and of the true one.
+    pub irradiance: [Vec<f64>; 2],
+    /// The sun's direction in degrees, of the same.
+    pub sun: [Vec<f64>; 2],
+    /// How many balls were not found.
+    pub missed: usize,
+}
 
 /// What a camera sees, by rays: 3 × 3 a pixel.
-fn trace(map: &EnvironmentMap, width: usize, circle: Circle, distance: f64) -> Vec<[f64; 3]> {
+fn trace(
+    map: &EnvironmentMap,
+    width: usize,
+    circle: Circle,
+    distance: f64,
+    parallelism: Parallelism,
+) -> Vec<[f64; 3]> {
     let focal = circle.radius * (distance * distance - 1.0).sqrt();
-    MANY.map(width * width, |i| {
+    parallelism.map(width * width, |i| {
         let mut sum = [0.0; 3];
         for k in 0..9 {
             let x = (i % width) as f64 + ((k % 3) as f64 + 0.5) / 3.0;
@@ -56,28 +70,22 @@ fn shoot(seen: &[[f64; 3]], width: usize, exposure: f64, rng: &mut Pcg64) -> Res
     Picture::encoded(width, width, codes.collect())
 }
 
-fn row(name: &str, errors: &mut [f64], bar: f64) {
-    errors.sort_by(f64::total_cmp);
-    let (count, within) = (errors.len(), errors.iter().filter(|e| **e <= bar).count());
-    if count > 0 {
-        println!(
-            "| {name} | {:.4} | {:.4} | {within} of {count} within {bar} |",
-            errors[count / 2],
-            errors[count * 95 / 100]
-        );
-    }
-}
-
-fn main() -> Result<()> {
+/// Photographs a mirror ball under each map, and makes a map of the photographs.
+///
+/// The photographs are traced rays: a ball that reflects 70 %, 5 to 50 radii from the camera, before
+/// the map itself; five exposures three stops apart, noise of 10 000 electrons, 8 bits; exposures told
+/// to 5 %.
+///
+/// # Errors
+/// What the readers refuse.
+pub fn probe_accuracy(
+    maps: &[EnvironmentMap],
+    parallelism: Parallelism,
+    done: &(dyn Fn() + Sync),
+) -> Result<ProbeAccuracy> {
     let mut rng = Pcg64::seed_from_u64(5);
-    let mut radius_errors = Vec::new();
-    let mut ratios = Vec::new();
-    // Of the circle that was found, and of the true one.
-    let (mut irradiance, mut sun) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
-    let mut missed = 0;
-    let asked = std::env::args().nth(1).and_then(|text| text.parse().ok());
-    let maps: Vec<_> = builtin()?.into_iter().take(asked.unwrap_or(2)).collect();
-    for map in &maps {
+    let mut all = ProbeAccuracy::default();
+    for map in maps {
         let distance = 5.0 * 10f64.powf(rng.random::<f64>());
         let radius = 90.0 + 70.0 * rng.random::<f64>();
         let width = (2.7 * radius) as usize;
@@ -87,7 +95,7 @@ fn main() -> Result<()> {
             y: place(),
             radius,
         };
-        let seen = trace(map, width, truth, distance);
+        let seen = trace(map, width, truth, distance, parallelism);
         let mean = REFLECTANCE * Luminance::Rec709.of(map.mean());
         let exposures = [0.4, 0.05, 0.006, 8e-4, 1e-4].map(|exposure| exposure / mean);
         let mut pictures = Vec::new();
@@ -101,12 +109,13 @@ fn main() -> Result<()> {
         for i in 0..4 {
             let ratio = merged.exposures[i] / merged.exposures[i + 1];
             let error = (ratio * exposures[i + 1] / exposures[i] - 1.0).abs();
-            ratios.extend(error.is_finite().then_some(error));
+            all.ratios.extend(error.is_finite().then_some(error));
         }
         let found = bracket.middle().circle().ok();
         let found = found.map(|circle| refine(&merged, circle));
-        missed += usize::from(found.is_none());
-        radius_errors.extend(found.map(|circle| (circle.radius / radius - 1.0).abs()));
+        all.missed += usize::from(found.is_none());
+        all.radius
+            .extend(found.map(|circle| (circle.radius / radius - 1.0).abs()));
         for (i, circle) in [found, Some(truth)].into_iter().enumerate() {
             let Some(circle) = circle else { continue };
             let ball = MirrorBall {
@@ -115,23 +124,16 @@ fn main() -> Result<()> {
                 reflectance: [REFLECTANCE; 3],
                 photographer: 0.0,
             };
-            let mut probe = ball.unwrap(&merged, None, 96, MANY)?;
+            let mut probe = ball.unwrap(&merged, None, 96, parallelism)?;
             let scale = merged.exposures[0] / exposures[0];
             for pixel in &mut probe.pixels {
                 *pixel = pixel.map(|value| scale * value);
             }
-            let errors = LightErrors::between(map, &probe.environment(map.name())?, MANY)?;
-            irradiance[i].push(errors.irradiance);
-            sun[i].push(errors.sun_direction);
+            let errors = LightErrors::between(map, &probe.environment(map.name())?, parallelism)?;
+            all.irradiance[i].push(errors.irradiance);
+            all.sun[i].push(errors.sun_direction);
         }
+        done();
     }
-    println!("| error | median | 95 % | bar |\n| --- | ---: | ---: | --- |");
-    row("ratio of neighbouring exposures", &mut ratios, 0.01);
-    row("radius, found", &mut radius_errors, 0.003);
-    row("irradiance, circle found", &mut irradiance[0], 0.02);
-    row("irradiance, circle given", &mut irradiance[1], 0.02);
-    row("sun's direction in degrees, circle found", &mut sun[0], 0.5);
-    row("sun's direction in degrees, circle given", &mut sun[1], 0.5);
-    println!("\n{missed} of {} balls were not found.", maps.len());
-    Ok(())
+    Ok(all)
 }
