@@ -55,15 +55,40 @@ impl Raster {
     /// The linear radiance of a pixel.
     #[inline]
     pub(crate) fn at(&self, index: usize) -> [f64; 3] {
-        let linear = |[r, g, b]: [usize; 3]| [self.table[r][0], self.table[g][1], self.table[b][2]];
-        let rgb = match &self.codes {
-            Codes::Eight(codes) => linear([0, 1, 2].map(|c| codes[3 * index + c].into())),
-            Codes::Sixteen(codes) => linear([0, 1, 2].map(|c| codes[3 * index + c].into())),
-        };
+        self.weighted_sum(std::iter::once((index, 1.0)))
+    }
+
+    /// The linear radiance of codes.
+    #[inline]
+    fn radiance(&self, [r, g, b]: [usize; 3]) -> [f64; 3] {
+        let rgb = [self.table[r][0], self.table[g][1], self.table[b][2]];
         match &self.to_rec709 {
             Some(matrix) => matrix.apply(rgb),
             None => rgb,
         }
+    }
+
+    /// The sum of pixels' linear radiances, each by its weight: of (index, weight).
+    #[inline]
+    pub(crate) fn weighted_sum(&self, terms: impl Iterator<Item = (usize, f64)>) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        let mut add = |codes: [usize; 3], weight: f64| {
+            let rgb = self.radiance(codes);
+            for channel in 0..3 {
+                sum[channel] += weight * rgb[channel];
+            }
+        };
+        match &self.codes {
+            Codes::Eight(codes) => {
+                let pixels = codes.as_chunks::<3>().0;
+                terms.for_each(|(index, weight)| add(pixels[index].map(usize::from), weight));
+            }
+            Codes::Sixteen(codes) => {
+                let pixels = codes.as_chunks::<3>().0;
+                terms.for_each(|(index, weight)| add(pixels[index].map(usize::from), weight));
+            }
+        }
+        sum
     }
 
     /// The codes of a pixel as they stand in the file, over the largest.

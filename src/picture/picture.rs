@@ -66,6 +66,24 @@ impl Pixels {
             Self::Codes(raster) => raster.at(index),
         }
     }
+
+    /// The sum of pixels' radiances, each by its weight: of (index, weight).
+    #[inline]
+    pub(super) fn weighted_sum(&self, terms: impl Iterator<Item = (usize, f64)>) -> [f64; 3] {
+        match self {
+            Self::Radiance(pixels) => {
+                let mut sum = [0.0; 3];
+                for (index, weight) in terms {
+                    for (sum, value) in sum.iter_mut().zip(pixels[index]) {
+                        *sum += weight * value;
+                    }
+                }
+                sum
+            }
+            #[cfg(feature = "files")]
+            Self::Codes(raster) => raster.weighted_sum(terms),
+        }
+    }
 }
 
 impl PartialEq for Pixels {

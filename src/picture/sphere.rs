@@ -118,6 +118,8 @@ impl Picture {
             });
         }
         let ceiling = self.ceiling_within(circle);
+        // A mean of pixels at the ceiling may be rounded below it.
+        let saturated_from = ceiling * (1.0 - 1e-12);
         let size = Sphere::SIZE;
         let pitch = 2.0 * radius / size as f64;
         let samples = (pitch.ceil() as usize).max(1);
@@ -142,7 +144,9 @@ impl Picture {
                 let mut down = (row + (v + 0.5) / part) * pitch - radius;
                 // So far in, every pixel beside the point counts.
                 let rgb = if right * right + down * down < deep * deep {
-                    self.interpolate(x + right, y + down, |_, _| true)
+                    let (column, row) = (x + right - 0.5, y + down - 0.5);
+                    let corners = bilinear::corners(self.width, self.height, column, row);
+                    self.pixels.weighted_sum(corners.into_iter())
                 } else {
                     let off = right.hypot(down);
                     if off > radius {
@@ -159,7 +163,7 @@ impl Picture {
                 }
                 inside += 1.0;
                 count += 1.0;
-                clipped += f64::from(u8::from(rgb.iter().any(|value| *value >= ceiling)));
+                clipped += f64::from(u8::from(rgb.iter().any(|value| *value >= saturated_from)));
             }
             pixels.push(sum.map(|sum| sum / f64::max(inside, 1.0)));
         }

@@ -186,18 +186,25 @@ impl Rays {
     pub(super) fn best(&self) -> Circle {
         let mut best = ([0.0; 3], self.gain([0.0; 3]));
         let mut step = 1.0;
+        // What has been tried with this step: the neighbours of this place, or it alone.
+        let mut tried = (best.0, 0.0);
         while step > 0.02 {
             let (from, before) = best;
             for i in 0..27 {
                 let way = [i % 3, i / 3 % 3, i / 9].map(|k| f64::from(k - 1));
-                let moved = std::array::from_fn(|axis| from[axis] + step * way[axis]);
+                let moved: [f64; 3] = std::array::from_fn(|axis| from[axis] + step * way[axis]);
+                if (0..3).all(|axis| (moved[axis] - tried.0[axis]).abs() <= tried.1) {
+                    continue;
+                }
                 let gain = self.gain(moved);
                 if gain > best.1 {
                     best = (moved, gain);
                 }
             }
+            tried = (from, 1.5 * step);
             if best.1 <= before {
                 step *= 0.5;
+                tried = (from, 0.0);
             }
         }
         let [x, y, radius] = best.0;

@@ -27,16 +27,11 @@ impl Reduced {
         let values = (0..width * height)
             .map(|i| {
                 let (row, column) = (i / width * scale, i % width * scale);
-                let mut sum = [0.0; 3];
-                for y in row..row + scale {
-                    for x in column..column + scale {
-                        let rgb = picture.pixels.at(y * picture.width() + x);
-                        for c in 0..3 {
-                            sum[c] += share * rgb[c];
-                        }
-                    }
-                }
-                sum
+                let square = (row..row + scale).flat_map(|y| {
+                    let first = y * picture.width() + column;
+                    (first..first + scale).map(|index| (index, share))
+                });
+                picture.pixels.weighted_sum(square)
             })
             .collect::<Vec<_>>();
         let white = if picture.is_encoded() {
