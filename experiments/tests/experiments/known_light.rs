@@ -18,12 +18,14 @@ fn the_irradiance_of_captured_light_is_read() {
     }
 }
 
-/// Draws of the model's own prior lie within their deviations.
+/// Draws of the model's own prior lie within their deviations. The coefficients of one draw hang
+/// together by their lamps; were they one number, the mean of 1000 squares would have a deviation
+/// of √(2/1000), and three of those happen to right code once in 370 runs at most.
 #[test]
 fn the_light_of_the_prior_is_held() {
     for ball in &KNOWN_BALLS {
-        let square = prior_chi_square(ball, 40, Parallelism::Rayon).unwrap();
-        assert!((0.8..1.2).contains(&square), "{}: {square}", ball.name);
+        let square = prior_chi_square(ball, 1000, Parallelism::Rayon).unwrap();
+        assert!((square - 1.0).abs() < 0.135, "{}: {square}", ball.name);
     }
 }
 
