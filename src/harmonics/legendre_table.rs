@@ -10,8 +10,9 @@ use super::recurrence::{Block, LANES, Lanes, Recurrence};
 use super::simd::wide;
 
 /// The most values that a table is made of, 4 MiB of them: on Gauss–Legendre rings to degree 150 or
-/// so. From the second cache, or a quarter of them from the third, they come sooner than the
-/// recurrence's steps are made; at degree 255 no more, and synthesis would take a quarter longer.
+/// so. From the second cache or in part from the third they come sooner than the recurrence's steps
+/// are made; at degree 255 no more, where synthesis took a quarter longer with a table (AMD family 25,
+/// which halves its vectors of eight).
 const MOST_VALUES: usize = 1 << 19;
 
 /// p_k of every order and octet of a [`Recurrence`].
