@@ -13,18 +13,33 @@ use crate::{Error, Result};
 /// So many of the circles that were voted for are looked at.
 const CANDIDATES: usize = 40;
 
-/// And so many of those that edges support are followed along rays.
-const FOLLOWED: usize = 12;
+/// So many of those that edges support are chosen from.
+const CHOSEN_FROM: usize = 12;
 
-/// The least share of the outline that has to have an edge along it.
-const LEAST_SEEN: f64 = 0.5;
+/// What a circle has to have: how unlikely it is at least (one like it, or one with more edges along
+/// it, is expected in one of 10^score places where edges lie by chance), the share of the outline
+/// that has an edge along it, and that at which the light breaks nowhere but there.
+#[derive(Debug, Clone, Copy)]
+struct Least {
+    score: f64,
+    seen: f64,
+    sharp: f64,
+}
 
-/// The least share of the outline at which the light has to break nowhere but there.
-const LEAST_SHARP: f64 = 0.35;
+/// Of the roundest thing in the picture. What is no ball is for those to say who look at what is
+/// inside.
+const OF_THE_BEST: Least = Least {
+    score: 8.0,
+    seen: 0.4,
+    sharp: 0.2,
+};
 
-/// A circle like this one, or one with more edges along it, is expected in one of 10^8 places where
-/// edges lie by chance.
-const LEAST_SCORE: f64 = 8.0;
+/// Of others beside it.
+const OF_OTHERS: Least = Least {
+    score: 8.0,
+    seen: 0.5,
+    sharp: 0.35,
+};
 
 /// What speaks for a circle.
 #[derive(Debug, Clone, Copy)]
@@ -36,19 +51,26 @@ struct Support {
     score: f64,
     /// The share of the outline at which the light breaks there rather than beside it.
     sharp: f64,
-    /// How much better a break on the circle explains the light across it than none.
-    gain: f64,
+}
+
+impl Support {
+    fn passes(&self, least: Least) -> bool {
+        self.score > least.score && self.seen > least.seen && self.sharp > least.sharp
+    }
 }
 
 /// The least score of another sphere, over that of the one that is chosen.
 const ANOTHER: f64 = 0.4;
 
+/// The least score of another circle about the same thing, over the best.
+const RIVAL: f64 = 0.3;
+
 /// The roundest edge, and what else in the picture is round, apart from it, of at least half and at
 /// most twice its size, and almost as well seen.
 ///
-/// The roundest edge: circles that edges vote for, each moved to where most edges are and then to
-/// where the light breaks, and judged by how much of them is seen, against what the edges around
-/// would make of a circle by chance.
+/// The roundest edge: circles that edges vote for, each moved to where most edges are, and judged by
+/// how much of them is seen, against what the edges around would make of a circle by chance; the one
+/// that is chosen is moved to where the light breaks.
 ///
 /// # Errors
 /// A picture in which no circle passes the least of that, and one in which all that does is
@@ -63,42 +85,43 @@ pub(super) fn find(picture: &Reduced) -> Result<(Circle, Vec<Circle>)> {
         .map(|circle| support(&edges, circle))
         .collect();
     supports.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let mut followed: Vec<Support> = Vec::new();
+    let mut apart: Vec<Support> = Vec::new();
     for support in supports {
         let other = |of: &Support| of.circle.apart(support.circle) >= 1.0;
-        if followed.len() < FOLLOWED && followed.iter().all(other) {
-            followed.push(support);
+        if apart.len() < CHOSEN_FROM && apart.iter().all(other) {
+            apart.push(support);
         }
     }
-    for support in &mut followed {
-        follow(picture, support);
-    }
-    let (saturated, followed): (Vec<Support>, Vec<Support>) = followed
+    let (saturated, supports): (Vec<Support>, Vec<Support>) = apart
         .into_iter()
         .partition(|support| picture.is_saturated(support.circle));
-    let passes = |support: &Support| {
-        support.score > LEAST_SCORE && support.seen > LEAST_SEEN && support.sharp > LEAST_SHARP
-    };
-    if let Some(best) = choose(&followed).filter(passes) {
-        let mut apart = vec![best.circle];
-        for support in followed.iter().chain(&saturated).filter(|s| passes(s)) {
-            let circle = support.circle;
-            let ratio = circle.radius / best.circle.radius;
-            let beside = |other: &Circle| {
-                let centres = (circle.x - other.x).hypot(circle.y - other.y);
-                centres > 0.9 * (circle.radius + other.radius)
+    let best = choose(&supports).map(|best| follow(picture, best));
+    if let Some(best) = best.filter(|best| best.passes(OF_THE_BEST)) {
+        let mut spheres = vec![best.circle];
+        for support in supports.iter().chain(&saturated) {
+            let beside = |support: &Support| {
+                let circle = support.circle;
+                let ratio = circle.radius / best.circle.radius;
+                let apart = |other: &Circle| {
+                    let centres = (circle.x - other.x).hypot(circle.y - other.y);
+                    centres > 0.9 * (circle.radius + other.radius)
+                };
+                support.score > ANOTHER * best.score
+                    && (0.5..2.0).contains(&ratio)
+                    && spheres.iter().all(apart)
             };
-            if support.score > ANOTHER * best.score
-                && (0.5..2.0).contains(&ratio)
-                && apart.iter().all(beside)
-            {
-                apart.push(circle);
+            if beside(support) {
+                let moved = follow(picture, *support);
+                if beside(&moved) && moved.passes(OF_OTHERS) {
+                    spheres.push(moved.circle);
+                }
             }
         }
-        return Ok((best.circle, apart.into_iter().skip(1).collect()));
+        return Ok((best.circle, spheres.into_iter().skip(1).collect()));
     }
+    let lamp = |support: &Support| follow(picture, *support).passes(OF_THE_BEST);
     Err(Error::NoSphere {
-        reason: if saturated.iter().any(passes) {
+        reason: if saturated.iter().any(lamp) {
             "all that is round in the picture is saturated, a lamp or a sphere exposed too much"
         } else {
             "no sphere is to be seen in the picture"
@@ -106,30 +129,24 @@ pub(super) fn find(picture: &Reduced) -> Result<(Circle, Vec<Circle>)> {
     })
 }
 
-/// The circle with the best score; but rather one around it, and of those that are all but the same
-/// the one on which the light breaks best.
+/// Of the circles about the thing with the best score the one whose score times the root of its
+/// radius is largest: what lies within a sphere is a highlight on it, a print, or the image in it of
+/// what is around, and is often seen better than the outline is.
+///
+/// What a reader of finishes says of what is inside chooses no better (docs/explanation/photographs.md).
 fn choose(supports: &[Support]) -> Option<Support> {
-    let best_of = |supports: &mut dyn Iterator<Item = &Support>, by: fn(&Support) -> f64| {
-        supports.max_by(|a, b| by(a).total_cmp(&by(b))).copied()
+    let largest_of = |supports: &mut dyn Iterator<Item = &Support>, of: fn(&Support) -> f64| {
+        supports.max_by(|a, b| of(a).total_cmp(&of(b))).copied()
     };
-    let mut best = best_of(&mut supports.iter(), |support| support.score)?;
-    // What lies within a sphere is a highlight on it, or the image in it of what is around.
-    let around = |outer: &&Support| {
-        let apart = (outer.circle.x - best.circle.x).hypot(outer.circle.y - best.circle.y);
-        outer.circle.radius > 1.1 * best.circle.radius
-            && apart + best.circle.radius < 1.02 * outer.circle.radius
-            && outer.sharp > 0.45
-            && outer.seen > 0.55
-            && outer.score > 0.3 * best.score
+    let best = largest_of(&mut supports.iter(), |support| support.score)?;
+    let about_the_same = |other: &&Support| {
+        let (one, other_one) = (best.circle, other.circle);
+        let centres = (one.x - other_one.x).hypot(one.y - other_one.y);
+        centres < one.radius.max(other_one.radius) && other.score >= RIVAL * best.score
     };
-    if let Some(outer) = best_of(&mut supports.iter().filter(around), |support| support.score) {
-        best = outer;
-    }
-    let near = |other: &&Support| {
-        other.circle.apart(best.circle) < 0.12 * best.circle.radius
-            && other.score > 0.6 * best.score
-    };
-    best_of(&mut supports.iter().filter(near), |support| support.gain)
+    largest_of(&mut supports.iter().filter(about_the_same), |support| {
+        (support.score + 1.0) * support.circle.radius.sqrt()
+    })
 }
 
 /// The circle that most edges near a rough one lie on: least squares with weights that fall off
@@ -223,22 +240,25 @@ fn support(edges: &Edges, circle: Circle) -> Support {
         seen,
         score,
         sharp: 0.0,
-        gain: 0.0,
     }
 }
 
-/// Moves a circle to where the light breaks.
-fn follow(picture: &Reduced, support: &mut Support) {
-    let mut rays = Rays::across(picture, support.circle);
+/// A circle moved to where the light breaks, with how much of it that is.
+fn follow(picture: &Reduced, support: Support) -> Support {
+    let mut circle = support.circle;
+    let mut rays = Rays::across(picture, circle);
     for _ in 0..3 {
         let next = rays.best();
-        let moved = next.apart(support.circle);
-        support.circle = next;
+        let moved = next.apart(circle);
+        circle = next;
         rays = Rays::across(picture, next);
         if moved < 0.2 {
             break;
         }
     }
-    support.sharp = rays.sharp();
-    support.gain = rays.gain([0.0; 3]);
+    Support {
+        circle,
+        sharp: rays.sharp(),
+        ..support
+    }
 }
