@@ -61,6 +61,17 @@ pub(super) fn run(options: &Finishes) -> Result<()> {
             "photographs": table.count(),
             "right": table.right(),
             "unread": table.unread,
+            "outlined": table.outlined,
+            "prints": {
+                "balls": table.prints.balls,
+                "painted": table.prints.painted,
+                "found": table.prints.found,
+                "noticed": table.prints.noticed,
+                "said": table.prints.said,
+                "plain": table.prints.plain,
+                "false_share": table.prints.false_share,
+            },
+            "usable": table.usable,
             "confusion": table.confusion,
             "sure": table.sure().0,
             "sure_and_right": table.sure().1,
@@ -286,14 +297,14 @@ fn markdown(rows: &[(&str, FinishTable)], things: &[ThingTally]) -> String {
                 percent(table.confusion[truth][truth], all)
             ));
         }
-        if table.unread > 0 {
-            line(String::new());
-            line(format!(
-                "In {} of {} the ball was not found or could not be read; they count as wrong.",
-                table.unread,
-                table.count()
-            ));
-        }
+        line(String::new());
+        line(format!(
+            "In {} of {} the circle is right to {:.1} % of the radius; in {} the ball was not found or could not be read, and they count as wrong.",
+            table.outlined,
+            table.count(),
+            100.0 * FinishTable::NEAR,
+            table.unread
+        ));
     }
     if let Some((name, table)) = rows.last() {
         line(String::new());
@@ -313,6 +324,45 @@ fn markdown(rows: &[(&str, FinishTable)], things: &[ThingTally]) -> String {
                     percent(*right, *all)
                 ));
             }
+        }
+    }
+    for (name, table) in rows.iter().rev().take(2).rev() {
+        line(String::new());
+        let prints = table.prints;
+        line(format!(
+            "Prints, {name}: on {} matte and glossy balls of which they cover 1 to 40 %, of the places that are said to be one {} are, and of the painted places {} are \
+             said to be one and {} to be a print, a reflection or burnt out. Of {} such balls without a print {:.1} % of the places are said to be one.",
+            prints.balls,
+            percent(prints.found, prints.said),
+            percent(prints.found, prints.painted),
+            percent(prints.noticed, prints.painted),
+            prints.plain,
+            100.0 * prints.false_share / prints.plain.max(1) as f64
+        ));
+    }
+    if let Some((name, table)) = rows.last() {
+        line(String::new());
+        line(format!(
+            "How much of the ball is usable, and how often it was right, {name}:"
+        ));
+        line(String::new());
+        line("| usable share of the ball | answers | right | 95 % interval |".into());
+        line("| --- | ---: | ---: | ---: |".into());
+        let [a, b, c] = FinishTable::USABLE.map(|least| format!("{:.0}", 100.0 * least));
+        let classes = [
+            format!("below {a} %"),
+            format!("{a} – {b} %"),
+            format!("{b} – {c} %"),
+            format!("{c} – 100 %"),
+        ];
+        for (class, (all, right)) in classes.iter().zip(table.usable) {
+            let (low, high) = wilson(right, all, 0.95);
+            line(format!(
+                "| {class} | {all} | {} | {:.1} – {:.1} |",
+                percent(right, all),
+                100.0 * low,
+                100.0 * high
+            ));
         }
     }
     line(String::new());

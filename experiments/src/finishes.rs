@@ -1,8 +1,11 @@
 //! How well the finish of a ball is told off a simulated photograph.
 
+use lobes::features::{Seen, SeenMask, ShadingOutliers};
 use lobes::illumination::EnvironmentMap;
-use lobes::inference::{FinishModel, FinishSample, FinishTruth, FinishVerdict, PortraitReader};
-use lobes::picture::Circle;
+use lobes::inference::{
+    FinishModel, FinishSample, FinishTruth, FinishVerdict, Portrait, PortraitReader,
+};
+use lobes::picture::{Circle, Picture, Sphere};
 use lobes::reflectance::Finish;
 use lobes::{Error, Parallelism, Result};
 
@@ -142,6 +145,8 @@ pub struct FinishTable {
     pub confusion: [[usize; 5]; 5],
     /// Photographs whose ball was not found or not read: they count as wrong.
     pub unread: usize,
+    /// Photographs whose circle has its centre and its radius to [`FinishTable::NEAR`] of the radius.
+    pub outlined: usize,
     /// By how probable the answer was said to be, in tenths: answers, right ones, and the sum of
     /// their probabilities.
     pub calibration: [(usize, usize, f64); 10],
@@ -151,9 +156,85 @@ pub struct FinishTable {
     /// How many 90 % intervals there are of σ, of the share and of each channel of the base
     /// colour, and how many of them hold the truth.
     pub intervals: [(usize, usize); 3],
+    /// How well prints are found.
+    pub prints: PrintTally,
+    /// By how much of the ball is usable, in [`FinishTable::USABLE`]: answers, and right ones.
+    pub usable: [(usize, usize); 4],
+}
+
+/// How well prints are found on balls that are matte or of glossy plastic, without clouds, and of which
+/// prints cover between a hundredth and two fifths: places of all of them together.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PrintTally {
+    /// Balls.
+    pub balls: usize,
+    /// Places where something is painted.
+    pub painted: usize,
+    /// Those of them that are said to be a print.
+    pub found: usize,
+    /// Those of them that are said to be a print, a reflection or clipped.
+    pub noticed: usize,
+    /// Places that are said to be a print.
+    pub said: usize,
+    /// Balls of the same kinds without a print.
+    pub plain: usize,
+    /// The sum of the shares of those that are said to be a print.
+    pub false_share: f64,
+}
+
+impl PrintTally {
+    fn join(&mut self, other: &Self) {
+        self.balls += other.balls;
+        self.painted += other.painted;
+        self.found += other.found;
+        self.noticed += other.noticed;
+        self.said += other.said;
+        self.plain += other.plain;
+        self.false_share += other.false_share;
+    }
+
+    /// Adds what is said of a photograph of which the ball was found at a circle.
+    fn add(&mut self, photograph: &SimulatedPhotograph, circle: Circle, mask: &SeenMask) {
+        let of = photograph.truth.finish;
+        if !matches!(of, Some(Finish::Matte | Finish::GlossyPlastic)) || photograph.cloudy {
+            return;
+        }
+        let (mut one, mut places) = (Self::default(), 0);
+        let place = |index: usize| (2 * index + 1) as f64 / Sphere::SIZE as f64 - 1.0;
+        for i in 0..Sphere::SIZE * Sphere::SIZE {
+            let (row, column) = (i / Sphere::SIZE, i % Sphere::SIZE);
+            let Some(seen) = mask.get(row, column) else {
+                continue;
+            };
+            let (x, y) = (
+                circle.x + circle.radius * place(column),
+                circle.y + circle.radius * place(row),
+            );
+            let side = photograph.side;
+            let within = x >= 0.0 && y >= 0.0 && (x as usize) < side && (y as usize) < side;
+            let painted = within && photograph.painted[y as usize * side + x as usize];
+            places += 1;
+            one.said += usize::from(seen == Seen::Print);
+            one.painted += usize::from(painted);
+            one.found += usize::from(painted && seen == Seen::Print);
+            one.noticed += usize::from(painted && seen != Seen::Body);
+        }
+        if one.painted == 0 {
+            self.plain += 1;
+            self.false_share += one.said as f64 / f64::from(places);
+        } else if (0.01..0.4).contains(&(one.painted as f64 / f64::from(places))) {
+            self.join(&Self { balls: 1, ..one });
+        }
+    }
 }
 
 impl FinishTable {
+    /// How far a circle may be off, by its centre or its radius, as a share of the radius.
+    pub const NEAR: f64 = 0.035;
+
+    /// The least usable share of each class of it, from the second on.
+    pub const USABLE: [f64; 3] = [0.8, 0.95, 0.99];
+
     /// How many photographs there are.
     pub fn count(&self) -> usize {
         self.confusion.iter().flatten().sum::<usize>() + self.unread
@@ -213,6 +294,11 @@ impl FinishTable {
             }
         }
         self.unread += other.unread;
+        self.outlined += other.outlined;
+        self.prints.join(&other.prints);
+        for (class, of) in self.usable.iter_mut().zip(&other.usable) {
+            *class = (class.0 + of.0, class.1 + of.1);
+        }
         let mine = self.calibration_by_answer.as_flattened_mut().iter_mut();
         let theirs = other.calibration_by_answer.as_flattened();
         let all = self.calibration.iter_mut().chain(mine);
@@ -234,6 +320,21 @@ pub enum Outline {
     Found,
 }
 
+/// What is read off each photograph.
+struct Readers {
+    portraits: PortraitReader,
+    outliers: ShadingOutliers,
+}
+
+impl Readers {
+    fn read(&self, picture: &Picture, circle: Circle) -> Result<(Circle, Portrait, SeenMask)> {
+        let sphere = picture.sphere(circle)?;
+        let portrait = self.portraits.of_sphere(picture, circle, &sphere)?;
+        let mask = self.outliers.of(&sphere.image, sphere.ceiling)?;
+        Ok((circle, portrait, mask))
+    }
+}
+
 /// Judges a model on simulated photographs; `done` is called after each light.
 ///
 /// # Errors
@@ -246,7 +347,10 @@ pub fn judge_finishes(
     parallelism: Parallelism,
     done: &(dyn Fn() + Sync),
 ) -> Result<FinishTable> {
-    let reader = PortraitReader::new()?;
+    let readers = Readers {
+        portraits: PortraitReader::new()?,
+        outliers: ShadingOutliers::new(Sphere::SIZE)?,
+    };
     let of_lights = parallelism.map(shots.lights, |light| {
         let mut table = FinishTable::default();
         for photograph in shots.of_light(environments, light)? {
@@ -255,8 +359,23 @@ pub fn judge_finishes(
                 Outline::Told => Ok(photograph.circle),
                 Outline::Found => picture.circle(),
             };
-            match circle.and_then(|circle| reader.read(&picture, circle)) {
-                Ok(portrait) => table.add(&photograph.truth, &model.verdict(&portrait)?),
+            let near = |circle: &Circle| {
+                let Circle { x, y, radius } = photograph.outline;
+                let centres = (circle.x - x).hypot(circle.y - y);
+                centres.max((circle.radius - radius).abs()) < FinishTable::NEAR * radius
+            };
+            table.outlined += usize::from(circle.as_ref().is_ok_and(near));
+            match circle.and_then(|circle| readers.read(&picture, circle)) {
+                Ok((circle, portrait, mask)) => {
+                    let verdict = model.verdict(&portrait)?;
+                    table.add(&photograph.truth, &verdict);
+                    table.prints.add(&photograph, circle, &mask);
+                    let usable = mask.usable();
+                    let above = FinishTable::USABLE.iter().filter(|least| usable >= **least);
+                    let class = &mut table.usable[above.count()];
+                    class.0 += 1;
+                    class.1 += usize::from(verdict.finish() == photograph.truth.finish);
+                }
                 Err(error) if unreadable(&error) => table.unread += 1,
                 Err(error) => return Err(error),
             }

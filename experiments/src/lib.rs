@@ -37,8 +37,8 @@ pub use evaluate::{
 };
 pub use experts::{ColourExpert, EvidenceExpert, LogRadianceExpert, light_spectrum};
 pub use finishes::{
-    FinishShots, FinishTable, Outline, ThingTally, finish_cross_entropy, finish_samples,
-    judge_finishes, judge_things, learned_and_judged,
+    FinishShots, FinishTable, Outline, PrintTally, ThingTally, finish_cross_entropy,
+    finish_samples, judge_finishes, judge_things, learned_and_judged,
 };
 pub use harness::{Harness, Method};
 pub use interval::{mcnemar, wilson};

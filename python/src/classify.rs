@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use lobes::features::{Seen, ShadingOutliers};
 use lobes::inference::{self, Dataset, Observation, Reflectance, Sample, TrainingPlan};
-use lobes::picture::{self, Circle};
+use lobes::picture::{self, Circle, Sphere};
 use lobes::reflectance::{Finish, Variant};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -589,7 +590,13 @@ impl Model {
 /// >>> reader.read(picture).finish
 /// 'smooth metal'
 #[pyclass(frozen, module = "lobes")]
-pub(crate) struct FinishReader(Arc<(inference::PortraitReader, inference::FinishModel)>);
+pub(crate) struct FinishReader(
+    Arc<(
+        inference::PortraitReader,
+        inference::FinishModel,
+        ShadingOutliers,
+    )>,
+);
 
 #[pymethods]
 impl FinishReader {
@@ -597,7 +604,8 @@ impl FinishReader {
     fn new() -> PyResult<Self> {
         let reader = inference::PortraitReader::new().map_err(error)?;
         let model = inference::FinishModel::builtin().map_err(error)?;
-        Ok(Self(Arc::new((reader, model))))
+        let outliers = ShadingOutliers::new(Sphere::SIZE).map_err(error)?;
+        Ok(Self(Arc::new((reader, model, outliers))))
     }
 
     /// What is said of the ball in a picture.
@@ -630,15 +638,17 @@ impl FinishReader {
         let circle = circle
             .map(|circle| numbers(circle, "the circle"))
             .transpose()?;
-        let (circle, saturated, verdict) = interrupt::run(py, move || {
-            let (reader, model) = &*both;
+        let (circle, saturated, seen, verdict) = interrupt::run(py, move || {
+            let (reader, model, outliers) = &*both;
             let circle = match circle {
                 Some([x, y, radius]) => Circle { x, y, radius },
                 None => picture.circle()?,
             };
-            let portrait = reader.read(&picture, circle)?;
+            let sphere = picture.sphere(circle)?;
+            let portrait = reader.of_sphere(&picture, circle, &sphere)?;
+            let seen = outliers.of(&sphere.image, sphere.ceiling)?;
             let verdict = model.verdict(&portrait)?;
-            lobes::Result::Ok((circle, portrait.saturated(), verdict))
+            lobes::Result::Ok((circle, portrait.saturated(), seen, verdict))
         })?
         .map_err(error)?;
         let finishes = PyDict::new(py);
@@ -669,6 +679,8 @@ impl FinishReader {
                 verdict.metallic(),
                 (circle.x, circle.y, circle.radius),
                 saturated,
+                seen.usable(),
+                seen.share(Seen::Print),
             ),
         )
     }
@@ -721,7 +733,7 @@ impl FinishReader {
             .map(|circle| numbers(circle, "the circle"))
             .transpose()?;
         let (mean, deviation) = interrupt::run(py, move || {
-            let (reader, model) = &*both;
+            let (reader, model, _) = &*both;
             let circle = match circle {
                 Some([x, y, radius]) => Circle { x, y, radius },
                 None => picture.circle()?,

@@ -127,6 +127,7 @@ def test_the_finish_of_a_ball():
         for low, middle, high in [verdict.sigma, verdict.share, *verdict.base_colour]:
             assert low <= middle <= high
         assert (verdict.metallic > 0.5) == (finish == "smooth metal")
+        assert verdict.usable > 0.9 and 0.0 <= verdict.prints <= 1.0 - verdict.usable + 1e-12
         assert verdict == pickle.loads(pickle.dumps(verdict)) == reader.read(picture, verdict.circle)
     with pytest.raises(ValueError, match="leaves the picture"):
         reader.read(picture, (SIZE, SIZE, SIZE))

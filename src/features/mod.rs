@@ -14,6 +14,7 @@ mod needlets;
 mod paper;
 mod percentiles;
 mod rings;
+mod shading_outliers;
 mod shading_residual;
 mod unbiased;
 
@@ -25,6 +26,7 @@ pub use mirrored_light::MirroredLight;
 pub use needlets::Needlets;
 pub use paper::{PaperFeatures, TOP_DEGREE};
 pub use rings::{Modes, RingLayout, Unwrapped};
+pub use shading_outliers::{Seen, SeenMask, ShadingOutliers};
 pub use shading_residual::ShadingResidual;
 pub use unbiased::UnbiasedBands;
 

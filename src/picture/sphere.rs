@@ -35,6 +35,8 @@ pub struct Sphere {
     pub seen: f64,
     /// Whether values above some limit were cut off, as a camera's and those of codes are.
     pub clipped: bool,
+    /// From which value on a pixel is saturated, where there is such a value.
+    pub ceiling: Option<f64>,
 }
 
 impl Sphere {
@@ -189,6 +191,7 @@ impl Picture {
             saturated,
             seen,
             clipped: ceiling.is_finite(),
+            ceiling: Some(ceiling).filter(|ceiling| ceiling.is_finite()),
         })
     }
 

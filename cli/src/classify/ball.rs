@@ -5,10 +5,26 @@ use std::path::Path;
 use crate::arguments::Classify;
 use crate::error::Result;
 use crate::input;
+use lobes::features::{Seen, SeenMask, ShadingOutliers};
 use lobes::illumination::Luminance;
 use lobes::inference::{Portrait, PortraitReader, SphereFeatures};
-use lobes::picture::{Circle, Elongation, Picture, ShapeBall, encode_png, encode_spheres};
+use lobes::picture::{Circle, Elongation, Picture, ShapeBall, Sphere, encode_png, encode_spheres};
 use lobes::reflection::SphereImage;
+
+/// What reads balls.
+pub(super) struct Readers {
+    pub(super) portraits: PortraitReader,
+    pub(super) outliers: ShadingOutliers,
+}
+
+impl Readers {
+    pub(super) fn new() -> Result<Self> {
+        Ok(Self {
+            portraits: PortraitReader::new()?,
+            outliers: ShadingOutliers::new(Sphere::SIZE)?,
+        })
+    }
+}
 
 /// A ball as it was read.
 pub(super) struct Ball {
@@ -19,6 +35,8 @@ pub(super) struct Ball {
     /// Of an outline that is no circle, seen through any lens.
     pub(super) elongation: Option<Elongation>,
     pub(super) saturated: f64,
+    /// What of it is body, reflection, print and clipped.
+    pub(super) seen_where: SeenMask,
     /// The share of the circle that lies in the picture.
     pub(super) seen: f64,
     pub(super) distance: Option<f64>,
@@ -37,6 +55,8 @@ pub(super) struct Ball {
     pub(super) exposure: f64,
     /// A PNG of it, for the page.
     pub(super) picture: Option<Vec<u8>>,
+    /// The same with what is not its body's shading in colours.
+    pub(super) mask: Option<Vec<u8>>,
     /// A PNG that shows where it was found, and its width and height.
     pub(super) overlay: Option<(Vec<u8>, (usize, usize))>,
 }
@@ -49,11 +69,11 @@ pub(super) struct Ball {
 pub(super) fn read(
     path: &Path,
     options: &Classify,
-    reader: &PortraitReader,
+    readers: &Readers,
     shape: Option<&ShapeBall>,
 ) -> Result<Vec<Result<Ball>>> {
     if let Some(shape) = shape {
-        let of = ball(&shape.picture, shape.circle, Vec::new(), options, reader)?;
+        let of = ball(&shape.picture, shape.circle, Vec::new(), options, readers)?;
         // Where it is was put, not found.
         return Ok(vec![Ok(Ball {
             found: false,
@@ -73,13 +93,13 @@ pub(super) fn read(
         None => photo.circles()?,
     };
     if !options.all {
-        return Ok(vec![ball(&photo, circle, others, options, reader)]);
+        return Ok(vec![ball(&photo, circle, others, options, readers)]);
     }
     let circles = [vec![circle], others].concat();
     let balls = (0..circles.len()).map(|i| {
         let mut others = circles.clone();
         let circle = others.remove(i);
-        ball(&photo, circle, others, options, reader)
+        ball(&photo, circle, others, options, readers)
     });
     Ok(balls.collect())
 }
@@ -93,13 +113,14 @@ fn ball(
     circle: Circle,
     others: Vec<Circle>,
     options: &Classify,
-    reader: &PortraitReader,
+    readers: &Readers,
 ) -> Result<Ball> {
     let found = options.circle.is_none() && !photo.has_mask();
     let sphere = photo.sphere(circle)?;
     let image = &sphere.image;
     let exposure = 0.25 / Luminance::Rec709.of(image.mean());
     let elongation = photo.elongation(circle);
+    let seen_where = readers.outliers.of(image, sphere.ceiling)?;
     Ok(Ball {
         circle,
         found,
@@ -109,7 +130,7 @@ fn ball(
         distance: image.camera().distance(),
         shape: None,
         gain_map: photo.has_gain_map(),
-        portrait: reader.of_sphere(photo, circle, &sphere)?,
+        portrait: readers.portraits.of_sphere(photo, circle, &sphere)?,
         features: if options.wants_names() {
             Some(SphereFeatures::of(&sphere)?)
         } else {
@@ -123,6 +144,12 @@ fn ball(
         } else {
             None
         },
+        mask: if options.report {
+            Some(mask(image, &seen_where, exposure)?)
+        } else {
+            None
+        },
+        seen_where,
         overlay: if found {
             Some(overlay(photo, circle, &others, exposure)?)
         } else {
@@ -130,6 +157,23 @@ fn ball(
         },
         others,
     })
+}
+
+/// The ball in grey, prints on it in red, reflections in blue, and what is burnt out in yellow.
+fn mask(image: &SphereImage, seen: &SeenMask, exposure: f64) -> Result<Vec<u8>> {
+    let size = image.size();
+    let png = encode_png(size, size, exposure, |row, column| {
+        let grey = Luminance::Rec709.of(image.get(row, column)?);
+        let tint = match seen.get(row, column) {
+            Some(Seen::Print) => [1.0, 0.0, 0.0],
+            Some(Seen::Reflection) => [0.1, 0.3, 1.0],
+            Some(Seen::Clipped) => [1.0, 0.8, 0.0],
+            Some(Seen::Body) | None => return Some([grey; 3]),
+        };
+        // At two thirds of full strength whatever the exposure, and a little of the ball.
+        Some(tint.map(|tint| 0.2 * grey + 0.65 * tint / exposure))
+    })?;
+    Ok(png)
 }
 
 /// The picture, no larger than 640 pixels, with the circle on it, and others thinner.

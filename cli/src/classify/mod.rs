@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use self::ball::Ball;
+use self::ball::{Ball, Readers};
 use self::pages::Pages;
 use self::words::{NO_SINGLE_FINISH, NONE_OF_THESE, line_of_json, sentence};
 use crate::arguments::Classify;
@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::{console, input, lights, materials, progress, training};
 use lobes::Parallelism;
 use lobes::exchange::{self, Format};
-use lobes::inference::{FinishModel, FinishVerdict, Model, PortraitReader, Verdict};
+use lobes::inference::{FinishModel, FinishVerdict, Model, Verdict};
 use lobes::picture::ShapeBall;
 use lobes::reflectance::{Finish, Material};
 
@@ -52,7 +52,7 @@ struct Answer {
 
 /// What balls are judged by.
 struct Judge {
-    reader: PortraitReader,
+    readers: Readers,
     finishes: FinishModel,
     /// Learned where names are asked for, once there is something to name.
     names: Option<Model>,
@@ -83,7 +83,7 @@ pub(super) fn run(options: &Classify) -> Result<()> {
     };
     let mut pages = Pages::new(options)?;
     let mut judge = Judge {
-        reader: PortraitReader::new()?,
+        readers: Readers::new()?,
         finishes: FinishModel::builtin()?,
         names: None,
     };
@@ -116,7 +116,7 @@ pub(super) fn run(options: &Classify) -> Result<()> {
     let bar = progress::bar(paths.len(), "pictures");
     for (turn, paths) in paths.chunks(AT_A_TIME).enumerate() {
         let balls = Parallelism::Rayon.map(paths.len(), |i| {
-            let balls = ball::read(&paths[i], options, &judge.reader, shape.as_ref());
+            let balls = ball::read(&paths[i], options, &judge.readers, shape.as_ref());
             bar.inc(1);
             balls.unwrap_or_else(|error| vec![Err(error)])
         });

@@ -111,6 +111,21 @@ impl<'a> Pages<'a> {
                 caption: vec!["The ball as it was read".into()],
             });
         }
+        if let Some(mask) = &ball.mask {
+            let path = format!("{stem}-seen.png");
+            self.output()?.add(path.clone(), mask)?;
+            pictures.push(Figure {
+                images: vec![Image {
+                    path,
+                    seen: format!("The ball of {name} in grey, with what is not its body's shading in colours"),
+                    size: (Sphere::SIZE, Sphere::SIZE),
+                }],
+                caption: vec![
+                    format!("Usable: {:.0} %", 100.0 * ball.seen_where.usable()),
+                    "red is a print, a hole or something before the ball, blue a reflection, yellow burnt out".into(),
+                ],
+            });
+        }
         if !self.options.report {
             return Ok(());
         }

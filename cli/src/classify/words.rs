@@ -5,6 +5,7 @@ use serde_json::json;
 use super::ball::Ball;
 use super::{Answer, Entry};
 use crate::input;
+use lobes::features::Seen;
 use lobes::inference::{FinishVerdict, Verdict};
 use lobes::picture::Circle;
 use lobes::reflectance::{Finish, Material};
@@ -120,6 +121,14 @@ pub(super) fn sentence(ball: &Ball, answer: &Answer, materials: &[Material], all
     if ball.saturated > 0.0 {
         text.push_str(&format!("; {:.1} % saturated", 100.0 * ball.saturated));
     }
+    let prints = ball.seen_where.share(Seen::Print);
+    if prints >= 0.01 {
+        text.push_str(&format!(
+            "; {:.0} % of the ball is usable, for {:.0} % is covered by a print, a seam, a hole or something before it",
+            100.0 * ball.seen_where.usable(),
+            100.0 * prints
+        ));
+    }
     if ball.seen < 0.995 {
         text.push_str(&format!(
             "; {:.0} % of the ball lies beyond the border of the picture",
@@ -213,6 +222,9 @@ pub(super) fn line_of_json(
         "others": ball.others.iter().map(circle).collect::<Vec<_>>(),
         "found": ball.found,
         "saturated": ball.saturated,
+        "usable": ball.seen_where.usable(),
+        "prints": ball.seen_where.share(Seen::Print),
+        "reflections": ball.seen_where.share(Seen::Reflection),
         "seen": ball.seen,
         "elongation": ball.elongation.map(|found| json!({ "ratio": found.ratio, "angle": found.angle.to_degrees() })),
         "shape": ball.shape.map(|(coverage, left_out)| json!({ "coverage": coverage, "left_out": left_out })),

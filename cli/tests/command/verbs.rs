@@ -804,6 +804,55 @@ fn classify_reads_every_ball() {
     assert!(long.contains("% longer than wide"), "{long}");
 }
 
+/// A band across a ball is a print: it is said, in JSON and on the page too.
+#[test]
+fn classify_says_how_much_of_a_ball_is_usable() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let write = |name: &str, banded: bool| {
+        let shown = |row: usize, column: usize| {
+            let (x, y) = (column as f64 - 79.5, row as f64 - 79.5);
+            let shade = 0.4 - 0.002 * y + 0.001 * x;
+            Some(match x.hypot(y) < 60.0 {
+                false => [0.02; 3],
+                true if banded && (-6.0..6.0).contains(&y) => [0.05, 0.05, 0.5 * shade],
+                true => [shade, 0.3 * shade, 0.1 * shade],
+            })
+        };
+        let png = lobes::picture::encode_png(160, 160, 1.0, shown).unwrap();
+        std::fs::write(at.join(name), png).unwrap();
+    };
+    write("plain.png", false);
+    write("banded.png", true);
+    let all = [
+        "classify",
+        "plain.png",
+        "banded.png",
+        "--circle",
+        "80,80,60",
+    ];
+    let output = lobes(&[&all[..], &["--json", "--report"]].concat(), at);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let lines: Vec<serde_json::Value> = said
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let number = |line: usize, key: &str| lines[line][key].as_f64().unwrap();
+    assert!(
+        number(0, "usable") > 0.99 && number(0, "prints") < 0.01,
+        "{said}"
+    );
+    // A tenth of the height, in the middle of a disc: 4/π · 0.1 over 0.93, that far out being looked at.
+    assert!((number(1, "prints") - 0.137).abs() < 0.04, "{said}");
+    assert!((number(1, "usable") + number(1, "prints") - 1.0).abs() < 1e-9);
+    let page = std::fs::read_to_string(at.join("classified/index.html")).unwrap();
+    assert_page_is_whole(&page, &at.join("classified"));
+    assert!(page.contains("red is a print"), "{page}");
+    let text = lobes(&all, at);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert_eq!(text.matches("of the ball is usable").count(), 1, "{text}");
+}
+
 /// A picture that cannot be read is reported, the others are done, and the exit code says so.
 #[test]
 fn classify_says_what_is_wrong_and_does_the_rest() {

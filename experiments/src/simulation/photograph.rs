@@ -29,6 +29,14 @@ pub struct SimulatedPhotograph {
     pub codes: Vec<u8>,
     /// Where the ball is, as far as the reader is told.
     pub circle: Circle,
+    /// Where it is.
+    pub outline: Circle,
+    /// Of each pixel, whether it shows something painted on the ball or cut into it (a print, a band,
+    /// a seam, writing, a hole) whose albedo differs from the body's by more than a fifth in some
+    /// channel.
+    pub painted: Vec<bool>,
+    /// Whether the body's own albedo varies in clouds: marble, rust, dirt.
+    pub cloudy: bool,
 }
 
 impl SimulatedPhotograph {
@@ -479,6 +487,7 @@ impl<'a> Look<'a> {
         let side = (2.0 * margin * radius).ceil() as usize;
         let centre = [0, 1].map(|_| 0.5 * side as f64 + draw.between(-0.5, 0.5));
         let mut pixels = vec![[0.0; 3]; side * side];
+        let mut painted = vec![false; side * side];
         let (mut sum, mut count) = (0.0, 0.0);
         let place = |i: usize| {
             let x = (i % side) as f64 + 0.5 - centre[0];
@@ -493,6 +502,7 @@ impl<'a> Look<'a> {
                 if off < radius - 0.5 {
                     sum += Luminance::Rec709.of(*pixel);
                     count += 1.0;
+                    painted[i] = self.is_painted(x * scale, y * scale);
                 }
             }
         }
@@ -514,16 +524,29 @@ impl<'a> Look<'a> {
             }
         }
         let codes = camera.take(side, &mut pixels, mean, draw);
+        let circle = Circle {
+            x: centre[0],
+            y: centre[1],
+            radius,
+        };
         SimulatedPhotograph {
             truth: self.ball.truth(self.scene.specular[self.ball.lobe].0),
             side,
             codes,
-            circle: Circle {
-                x: centre[0],
-                y: centre[1],
-                radius,
-            },
+            circle,
+            outline: circle,
+            painted,
+            cloudy: self.surface.is_cloudy(),
         }
+    }
+
+    /// Whether a place of the unit disc shows something painted on a ball.
+    fn is_painted(&self, x: f64, y: f64) -> bool {
+        let square = (x * x + y * y).min(0.9999);
+        matches!(self.appearance, Appearance::Surface)
+            && self
+                .surface
+                .is_painted(DVec3::new(x, y, (1.0 - square).sqrt()))
     }
 
     /// The radiance of a place of something round that is no ball.

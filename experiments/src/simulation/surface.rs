@@ -155,6 +155,29 @@ impl Surface {
     }
 }
 
+impl Surface {
+    /// Whether what is seen of a place is something painted on the body or cut into it that differs
+    /// from it by more than a fifth in some channel: a print, a band, a seam, writing, a hole, but
+    /// no cloud, which is the body's own.
+    pub(super) fn is_painted(&self, p: DVec3) -> bool {
+        let mut body = self.body;
+        let mut prints = self.marks.iter();
+        while let Some(mark) = prints.find(|mark| !matches!(mark, Mark::Cloud { .. })) {
+            let (part, colour, _) = mark.at(p);
+            body = mix(body, colour, part);
+        }
+        let mut channels = body.into_iter().zip(self.body);
+        channels.any(|(here, body)| (here - body).abs() > 0.2 * here.max(body))
+    }
+
+    /// Whether there are clouds on it: marble, rust, dirt.
+    pub(super) fn is_cloudy(&self) -> bool {
+        self.marks
+            .iter()
+            .any(|mark| matches!(mark, Mark::Cloud { .. }))
+    }
+}
+
 impl Bumps {
     fn at(&self, p: DVec3) -> DVec3 {
         if let Some(depth) = self.dimples {

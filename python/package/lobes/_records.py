@@ -208,6 +208,10 @@ class FinishVerdict:
     """Where the ball was taken to be: x, y, radius in pixels."""
     saturated: float
     """The share of the ball that is saturated."""
+    usable: float
+    """The share of the ball that is neither saturated nor covered by a print, a seam, a hole or something before it."""
+    prints: float
+    """The share that is covered so."""
 
     def _repr_html_(self) -> str:
         from ._show import bars_html
