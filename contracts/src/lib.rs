@@ -36,6 +36,7 @@ mod reflectance;
 mod render;
 mod rotation;
 mod scattered;
+mod single;
 mod spectrum;
 mod sphere;
 mod splat;
@@ -140,6 +141,7 @@ pub fn contracts() -> Vec<Contract> {
         basis::contracts(),
         legendre::contracts(),
         transform::contracts(),
+        single::contracts(),
         convolution::contracts(),
         rotation::contracts(),
         splat::contracts(),

@@ -10,25 +10,26 @@ use fearless_simd::prelude::*;
 
 use super::coefficients::column_start;
 use super::kernel::{self, Quad};
+use super::lane::Lane;
 use super::recurrence::{LANES, Lanes};
-use super::ring_fft::transpose;
 use super::simd::wide;
-use super::transform::{Plan, Weighing, load_quad};
+use super::stages::{Weighing, load_quad};
+use super::transform::Plan;
 use super::work::Rows;
 
 impl Plan {
     /// Lines of the sums of eight maps between the two stages: a quad for each order and pair of
     /// rings.
     fn sums_of_eight(&self) -> usize {
-        4 * (self.orders + 1) * self.recurrence.octets.len() * LANES
+        4 * (self.stages.orders + 1) * self.stages.recurrence.bundles.len() * LANES
     }
 
     /// Lines of scratch for eight maps.
     pub(super) fn eight_lines(&self) -> usize {
-        let steps = self.recurrence.steps(0).len();
-        let parts = 4 * self.recurrence.octets.len() * LANES;
+        let steps = self.stages.recurrence.steps(0).len();
+        let parts = 4 * self.stages.recurrence.bundles.len() * LANES;
         // The sums by step, the columns of cosines and sines, the table of the recurrence for four
-        // octets; the weighted sums of rings.
+        // bundles; the weighted sums of rings.
         let order = 4 * steps + 4 * steps + 4 * steps + parts;
         self.sums_of_eight() + order.max(self.rows_len())
     }
@@ -41,15 +42,15 @@ impl Plan {
         scratch: &mut [Lanes],
         weighing: Weighing,
     ) {
-        let (columns, rings) = (self.grid.columns(), self.grid.rings());
-        let pairs = self.recurrence.octets.len() * LANES;
+        let (columns, rings) = (self.stages.grid.columns(), self.stages.grid.rings());
+        let pairs = self.stages.recurrence.bundles.len() * LANES;
         let (sums, scratch) = scratch.split_at_mut(self.sums_of_eight());
         let sums: &mut [Quad] = sums.as_chunks_mut().0;
-        wide!(self.level, simd => {
+        wide!(self.stages.level, simd => {
             for (m, out) in sums.chunks_exact_mut(pairs).enumerate() {
                 self.synthesise_order_of_eight(simd, m, sets, out, scratch);
                 if weighing == Weighing::Quadrature {
-                    let weights = self.weights.as_flattened();
+                    let weights = self.stages.weights.as_flattened();
                     for (quad, weight) in out.iter_mut().zip(weights) {
                         for value in quad.as_flattened_mut() {
                             *value *= weight;
@@ -58,7 +59,7 @@ impl Plan {
                 }
             }
             for ring in 0..rings.div_ceil(2) {
-                let mut rows: Rows<&mut [f64]> = Default::default();
+                let mut rows: Rows<f64, &mut [f64]> = Default::default();
                 for (lane, map) in maps.chunks_exact_mut(rings * columns).enumerate() {
                     let (north, south) = map.split_at_mut(rings.div_ceil(2) * columns);
                     rows[0][lane] = &mut north[ring * columns..(ring + 1) * columns];
@@ -66,7 +67,7 @@ impl Plan {
                         rows[1][lane] = &mut south[(rings / 2 - 1 - ring) * columns..][..columns];
                     }
                 }
-                self.synthesise_rows(simd, &sums[ring..], pairs, rows, scratch);
+                self.stages.synthesise_rows(simd, &sums[ring..], pairs, rows, scratch);
             }
         });
     }
@@ -81,8 +82,11 @@ impl Plan {
         out: &mut [Quad],
         scratch: &mut [Lanes],
     ) {
-        let steps = self.recurrence.steps(m).len();
-        let (start, count) = (column_start(self.degree, m), self.degree + 1 - m);
+        let steps = self.stages.recurrence.steps(m).len();
+        let (start, count) = (
+            column_start(self.stages.degree, m),
+            self.stages.degree + 1 - m,
+        );
         let (sums, rest) = scratch.split_at_mut(4 * steps);
         let (columns, table) = rest.split_at_mut(4 * steps);
         let (cosine, sine) = columns.split_at_mut(2 * steps);
@@ -98,7 +102,7 @@ impl Plan {
         let mut above = [f64x8::splat(simd, 0.0); 2];
         for (k, (sums, scale)) in sums
             .iter_mut()
-            .zip(self.recurrence.scales(m))
+            .zip(self.stages.recurrence.scales(m))
             .enumerate()
             .rev()
         {
@@ -111,7 +115,7 @@ impl Plan {
                 (g * above[part]).store_array(&mut sums[part + 2]);
             }
         }
-        kernel::synthesise_eight(simd, &self.recurrence, m, sums, (out, table));
+        kernel::synthesise_eight(simd, &self.stages.recurrence, m, sums, (out, table));
     }
 
     /// Analysis of eight maps, one after the other, into eight sets.
@@ -122,24 +126,24 @@ impl Plan {
         scratch: &mut [Lanes],
         weighing: Weighing,
     ) {
-        let (columns, rings) = (self.grid.columns(), self.grid.rings());
-        let orders = self.orders + 1;
+        let (columns, rings) = (self.stages.grid.columns(), self.stages.grid.rings());
+        let orders = self.stages.orders + 1;
         let (spectra, scratch) = scratch.split_at_mut(self.sums_of_eight());
         let spectra: &mut [Quad] = spectra.as_chunks_mut().0;
-        wide!(self.level, simd => {
+        wide!(self.stages.level, simd => {
             for (ring, out) in spectra.chunks_exact_mut(orders).enumerate() {
                 if ring >= rings.div_ceil(2) {
                     out.fill([[0.0; LANES]; 4]);
                     continue;
                 }
-                let mut rows: Rows<&[f64]> = Default::default();
+                let mut rows: Rows<f64, &[f64]> = Default::default();
                 for (lane, map) in maps.chunks_exact(rings * columns).enumerate() {
                     rows[0][lane] = &map[ring * columns..(ring + 1) * columns];
                     if ring < rings / 2 {
                         rows[1][lane] = &map[(rings - 1 - ring) * columns..][..columns];
                     }
                 }
-                self.analyse_rows(simd, rows, out, scratch);
+                self.stages.analyse_rows(simd, rows, out, scratch);
             }
             for m in 0..orders {
                 self.analyse_order_of_eight(simd, m, spectra, sets, scratch, weighing);
@@ -158,35 +162,42 @@ impl Plan {
         scratch: &mut [Lanes],
         weighing: Weighing,
     ) {
-        let orders = self.orders + 1;
-        let steps = self.recurrence.steps(m).len();
-        let (start, count) = (column_start(self.degree, m), self.degree + 1 - m);
+        let orders = self.stages.orders + 1;
+        let steps = self.stages.recurrence.steps(m).len();
+        let (start, count) = (
+            column_start(self.stages.degree, m),
+            self.stages.degree + 1 - m,
+        );
         let (sums, rest) = scratch.split_at_mut(4 * steps);
         let (columns, rest) = rest.split_at_mut(4 * steps);
-        let (parts, table) = rest.split_at_mut(4 * self.recurrence.octets.len() * LANES);
+        let (parts, table) = rest.split_at_mut(4 * self.stages.recurrence.bundles.len() * LANES);
         let sums: &mut [Quad] = sums.as_chunks_mut().0;
         let parts: &mut [Quad] = parts.as_chunks_mut().0;
         for (pair, parts) in parts.iter_mut().enumerate() {
-            let (octet, lane) = (pair / LANES, pair % LANES);
+            let (bundle, lane) = (pair / LANES, pair % LANES);
             let w = match weighing {
-                Weighing::Quadrature => self.weights[octet][lane],
+                Weighing::Quadrature => self.stages.weights[bundle][lane],
                 Weighing::None => 1.0,
             };
-            let wx = f64x8::splat(simd, w * self.recurrence.octets[octet].x[lane]);
+            let wx = f64x8::splat(simd, w * self.stages.recurrence.bundles[bundle].x[lane]);
             let w = f64x8::splat(simd, w);
-            let [nc, ns, sc, ss] = load_quad(simd, &spectra[pair * orders + m]);
+            let [nc, ns, sc, ss] = load_quad::<S, f64>(simd, &spectra[pair * orders + m]);
             ((nc + sc) * w).store_array(&mut parts[0]);
             ((ns + ss) * w).store_array(&mut parts[1]);
             ((nc - sc) * wx).store_array(&mut parts[2]);
             ((ns - ss) * wx).store_array(&mut parts[3]);
         }
         sums.fill([[0.0; LANES]; 4]);
-        kernel::analyse_eight(simd, &self.recurrence, m, parts, (sums, table));
+        kernel::analyse_eight(simd, &self.stages.recurrence, m, parts, (sums, table));
         let (cosine, sine) = columns.split_at_mut(2 * steps);
         let mut below = [f64x8::splat(simd, 0.0); 2];
-        for (k, (sums, scale)) in sums.iter().zip(self.recurrence.scales(m)).enumerate() {
+        for (k, (sums, scale)) in sums
+            .iter()
+            .zip(self.stages.recurrence.scales(m))
+            .enumerate()
+        {
             let [alpha, g, h] = scale.map(|s| f64x8::splat(simd, s));
-            let sums = load_quad(simd, sums);
+            let sums = load_quad::<S, f64>(simd, sums);
             for (part, column) in [&mut *cosine, &mut *sine].into_iter().enumerate() {
                 below[part] = g.mul_add(sums[part + 2], below[part]);
                 (alpha * sums[part]).store_array(&mut column[2 * k]);
@@ -215,7 +226,7 @@ fn gather<S: Simd>(simd: S, sets: &[f64], start: usize, count: usize, out: &mut 
         for (row, set) in rows.iter_mut().zip(&sets) {
             *row = f64x8::from_slice(simd, &set[i * LANES..(i + 1) * LANES]);
         }
-        for (out, row) in out.iter_mut().zip(transpose(rows)) {
+        for (out, row) in out.iter_mut().zip(f64::transpose(rows)) {
             row.store_array(out);
         }
     }
@@ -234,7 +245,7 @@ fn scatter<S: Simd>(simd: S, values: &[Lanes], sets: &mut [f64], start: usize) {
         for (row, values) in rows.iter_mut().zip(values) {
             *row = f64x8::load_array_ref(simd, values);
         }
-        for (lane, row) in transpose(rows).into_iter().enumerate() {
+        for (lane, row) in f64::transpose(rows).into_iter().enumerate() {
             row.store_slice(&mut sets[lane * length + start + i * LANES..][..LANES]);
         }
     }

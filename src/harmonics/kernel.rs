@@ -1,4 +1,4 @@
-//! The inner loops of the transform: sums over degree and sums over rings, vectors of eight rings.
+//! The inner loops of the transform: sums over degree and sums over rings, a ring in each lane.
 
 #![expect(
     clippy::needless_range_loop,
@@ -8,36 +8,48 @@
 use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 
-use super::recurrence::{EQUATORIAL, Entry, LANES, Lanes, Octet, POLAR, Recurrence, Step};
+use super::lane::Lane;
+use super::recurrence::{Bundle, EQUATORIAL, Entry, LANES, Lanes, POLAR, Recurrence, Step};
 
-/// North cosine, north sine, south cosine, south sine of eight ring pairs.
-pub(crate) type Quad = [Lanes; 4];
+/// North cosine, north sine, south cosine, south sine of a pair of rings in each lane.
+pub(crate) type Quad<R = f64> = [<R as Lane>::Lanes; 4];
 
-/// The state of the recurrence on `WIDTH` octets, the first `POLES` of them in the polar form.
-struct State<S: Simd, const WIDTH: usize, const POLES: usize> {
-    argument: [f64x8<S>; WIDTH],
-    p: [f64x8<S>; WIDTH],
-    d: [f64x8<S>; WIDTH],
+/// The state of the recurrence on `WIDTH` bundles, the first `POLES` of them in the polar form.
+struct State<S: Simd, R: Lane, const WIDTH: usize, const POLES: usize> {
+    argument: [R::Vector<S>; WIDTH],
+    /// What rounding has taken from the argument, in single precision.
+    rest: [R::Vector<S>; WIDTH],
+    p: [R::Vector<S>; WIDTH],
+    d: [R::Vector<S>; WIDTH],
 }
 
-impl<S: Simd, const WIDTH: usize, const POLES: usize> State<S, WIDTH, POLES> {
+impl<S: Simd, R: Lane, const WIDTH: usize, const POLES: usize> State<S, R, WIDTH, POLES> {
     #[inline(always)]
-    fn new(simd: S, octets: &[Octet; WIDTH]) -> Self {
-        let zero = [f64x8::splat(simd, 0.0); WIDTH];
+    fn new(simd: S, bundles: &[Bundle<R>; WIDTH]) -> Self {
+        let zero = [R::splat(simd, R::default()); WIDTH];
         let mut argument = zero;
+        let mut rest = zero;
         for v in 0..WIDTH {
-            argument[v] = f64x8::load_array_ref(simd, &octets[v].argument);
+            argument[v] = R::load(simd, &bundles[v].argument);
+            rest[v] = R::load(simd, &bundles[v].rest);
         }
         Self {
             argument,
+            rest,
             p: zero,
             d: zero,
         }
     }
 
-    /// Adds the entries at step k and returns the step of the next, or the last step.
+    /// Takes the entries at step k and returns the step of the next, or the last step.
     #[inline(always)]
-    fn admit(&mut self, simd: S, entries: &mut [&[Entry]; WIDTH], k: usize, last: usize) -> usize {
+    fn admit(
+        &mut self,
+        simd: S,
+        entries: &mut [&[Entry<R>]; WIDTH],
+        k: usize,
+        last: usize,
+    ) -> usize {
         let mut next = last;
         for v in 0..WIDTH {
             while let Some(entry) = entries[v].first() {
@@ -45,25 +57,34 @@ impl<S: Simd, const WIDTH: usize, const POLES: usize> State<S, WIDTH, POLES> {
                     next = next.min(entry.step);
                     break;
                 }
-                self.p[v] += f64x8::load_array_ref(simd, &entry.p);
-                self.d[v] += f64x8::load_array_ref(simd, &entry.d);
+                self.p[v] = R::load(simd, &entry.p);
+                self.d[v] = R::load(simd, &entry.d);
                 entries[v] = &entries[v][1..];
             }
         }
         next
     }
 
-    /// One step of the octets from `FROM`.
+    /// One step of the bundles from `FROM`.
     #[inline(always)]
-    fn advance<const FROM: usize>(&mut self, simd: S, step: &Step) {
-        let a = f64x8::splat(simd, step[0]);
+    fn advance<const FROM: usize>(&mut self, simd: S, step: &Step<R>) {
+        let a = R::splat(simd, step[0]);
         for v in FROM..WIDTH {
             if v < POLES {
-                let u = self.argument[v].mul_add(a, f64x8::splat(simd, step[POLAR]));
+                let mut u = self.argument[v].mul_add(a, R::splat(simd, step[POLAR]));
+                // Here u is small beside both of its terms, and the product comes after them.
+                if const { R::SINGLE } {
+                    u = self.rest[v].mul_add(a, u);
+                }
                 self.d[v] = u.mul_add(self.p[v], self.d[v]);
                 self.p[v] += self.d[v];
             } else {
-                let u = self.argument[v].mul_add(a, f64x8::splat(simd, step[EQUATORIAL]));
+                // Here u is up to 4, and the constant less: its rounding weighs less.
+                let mut u = R::splat(simd, step[EQUATORIAL]);
+                if const { R::SINGLE } {
+                    u = self.rest[v].mul_add(a, u);
+                }
+                u = self.argument[v].mul_add(a, u);
                 self.d[v] = u.mul_sub(self.p[v], self.d[v]);
                 self.p[v] = self.d[v] - self.p[v];
             }
@@ -71,17 +92,17 @@ impl<S: Simd, const WIDTH: usize, const POLES: usize> State<S, WIDTH, POLES> {
     }
 }
 
-/// The `WIDTH` octets of a block.
+/// The `WIDTH` bundles of a block.
 #[inline(always)]
-pub(super) fn block<T, const WIDTH: usize>(octets: &[T], first: usize) -> &[T; WIDTH] {
-    octets[first..]
+pub(super) fn block<T, const WIDTH: usize>(bundles: &[T], first: usize) -> &[T; WIDTH] {
+    bundles[first..]
         .first_chunk()
-        .expect("a block lies within the octets")
+        .expect("a block lies within the bundles")
 }
 
-/// The step at which the first of some octets enters.
+/// The step at which the first of some bundles enters.
 #[inline(always)]
-fn first_step(entries: &[&[Entry]], last: usize) -> usize {
+fn first_step<R: Lane>(entries: &[&[Entry<R>]], last: usize) -> usize {
     entries
         .iter()
         .filter_map(|e| e.first())
@@ -89,20 +110,27 @@ fn first_step(entries: &[&[Entry]], last: usize) -> usize {
         .fold(last, usize::min)
 }
 
-/// What [`synthesise_block`] sums: `[map][part][octet]`.
-pub(super) type Totals<S, const WIDTH: usize, const MAPS: usize> = [[[f64x8<S>; WIDTH]; 4]; MAPS];
+/// What [`synthesise_block`] sums: `[map][part][bundle]`.
+pub(super) type Totals<S, R, const WIDTH: usize, const MAPS: usize> =
+    [[[<R as Lane>::Vector<S>; WIDTH]; 4]; MAPS];
 
-/// Adds p_k · sums of one step to the totals of the octets from `FROM`.
+/// Adds p_k · sums of one step to the totals of the bundles from `FROM`.
 #[inline(always)]
-pub(super) fn add_step<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
+pub(super) fn add_step<
+    S: Simd,
+    R: Lane,
+    const FROM: usize,
+    const WIDTH: usize,
+    const MAPS: usize,
+>(
     simd: S,
-    p: &[f64x8<S>; WIDTH],
-    totals: &mut Totals<S, WIDTH, MAPS>,
-    sums: &[[f64; 4]; MAPS],
+    p: &[R::Vector<S>; WIDTH],
+    totals: &mut Totals<S, R, WIDTH, MAPS>,
+    sums: &[[R; 4]; MAPS],
 ) {
     for map in 0..MAPS {
         for part in 0..4 {
-            let factor = f64x8::splat(simd, sums[map][part]);
+            let factor = R::splat(simd, sums[map][part]);
             for v in FROM..WIDTH {
                 totals[map][part][v] = p[v].mul_add(factor, totals[map][part][v]);
             }
@@ -110,58 +138,60 @@ pub(super) fn add_step<S: Simd, const FROM: usize, const WIDTH: usize, const MAP
     }
 }
 
-/// Some steps of the octets from `FROM`.
+/// Some steps of the bundles from `FROM`.
 #[inline(always)]
 fn synthesise_steps<
     S: Simd,
+    R: Lane,
     const FROM: usize,
     const WIDTH: usize,
     const MAPS: usize,
     const POLES: usize,
 >(
     simd: S,
-    state: &mut State<S, WIDTH, POLES>,
-    totals: &mut Totals<S, WIDTH, MAPS>,
-    steps: &[Step],
-    sums: &[[[f64; 4]; MAPS]],
+    state: &mut State<S, R, WIDTH, POLES>,
+    totals: &mut Totals<S, R, WIDTH, MAPS>,
+    steps: &[Step<R>],
+    sums: &[[[R; 4]; MAPS]],
 ) {
     for (step, sums) in steps.iter().zip(sums) {
-        add_step::<S, FROM, WIDTH, MAPS>(simd, &state.p, totals, sums);
+        add_step::<S, R, FROM, WIDTH, MAPS>(simd, &state.p, totals, sums);
         state.advance::<FROM>(simd, step);
     }
 }
 
-/// Σ_k p_k · sums for `MAPS` maps on `WIDTH` octets; `sums[k]` from
-/// [`Recurrence::prepare`](super::recurrence::Recurrence::prepare), `out[map][octet]`. The octets
+/// Σ_k p_k · sums for `MAPS` maps on `WIDTH` bundles; `sums[k]` from
+/// [`Recurrence::prepare`](super::recurrence::Recurrence::prepare), `out[map][bundle]`. The bundles
 /// nearer the pole enter later: until the first of the first half does, the others go alone.
 #[inline(always)]
 fn synthesise_block<
     S: Simd,
+    R: Lane,
     const MAPS: usize,
     const WIDTH: usize,
     const HALF: usize,
     const POLES: usize,
 >(
     simd: S,
-    recurrence: &Recurrence,
+    recurrence: &Recurrence<R>,
     m: usize,
     first: usize,
-    sums: &[[[f64; 4]; MAPS]],
-    out: &mut [&mut [Quad]; MAPS],
+    sums: &[[[R; 4]; MAPS]],
+    out: &mut [&mut [Quad<R>]; MAPS],
 ) {
-    let octets = block(&recurrence.octets, first);
+    let bundles = block(&recurrence.bundles, first);
     let steps = recurrence.steps(m);
     let mut entries = std::array::from_fn(|v| recurrence.entries(m, first + v));
     let last = steps.len();
-    let mut state = State::<S, WIDTH, POLES>::new(simd, octets);
-    let mut totals = [[[f64x8::splat(simd, 0.0); WIDTH]; 4]; MAPS];
+    let mut state = State::<S, R, WIDTH, POLES>::new(simd, bundles);
+    let mut totals = [[[R::splat(simd, R::default()); WIDTH]; 4]; MAPS];
     let mut k = first_step(&entries, last);
     let whole = first_step(&entries[..HALF.max(1)], last);
     while k < last {
         let next = state.admit(simd, &mut entries, k, last);
         let (steps, sums) = (&steps[k..next], &sums[k..next]);
         if HALF > 0 && k < whole {
-            synthesise_steps::<S, HALF, WIDTH, MAPS, POLES>(
+            synthesise_steps::<S, R, HALF, WIDTH, MAPS, POLES>(
                 simd,
                 &mut state,
                 &mut totals,
@@ -169,7 +199,7 @@ fn synthesise_block<
                 sums,
             );
         } else {
-            synthesise_steps::<S, 0, WIDTH, MAPS, POLES>(
+            synthesise_steps::<S, R, 0, WIDTH, MAPS, POLES>(
                 simd,
                 &mut state,
                 &mut totals,
@@ -179,21 +209,21 @@ fn synthesise_block<
         }
         k = next;
     }
-    store_totals(simd, octets, first, &totals, out);
+    store_totals(simd, bundles, first, &totals, out);
 }
 
 /// The sums of the northern and the southern rings of a block from their even and odd parts.
 #[inline(always)]
-pub(super) fn store_totals<S: Simd, const MAPS: usize, const WIDTH: usize>(
+pub(super) fn store_totals<S: Simd, R: Lane, const MAPS: usize, const WIDTH: usize>(
     simd: S,
-    octets: &[Octet; WIDTH],
+    bundles: &[Bundle<R>; WIDTH],
     first: usize,
-    totals: &Totals<S, WIDTH, MAPS>,
-    out: &mut [&mut [Quad]; MAPS],
+    totals: &Totals<S, R, WIDTH, MAPS>,
+    out: &mut [&mut [Quad<R>]; MAPS],
 ) {
     for map in 0..MAPS {
         for v in 0..WIDTH {
-            let x = f64x8::load_array_ref(simd, &octets[v].x);
+            let x = R::load(simd, &bundles[v].x);
             let [ec, es, oc, os] = [
                 totals[map][0][v],
                 totals[map][1][v],
@@ -208,80 +238,92 @@ pub(super) fn store_totals<S: Simd, const MAPS: usize, const WIDTH: usize>(
     }
 }
 
-/// Two steps at a time of the octets from `FROM`; the last step is even.
+/// Two steps at a time of the bundles from `FROM`; the last step is even.
 #[inline(always)]
 fn analyse_steps<
     S: Simd,
+    R: Lane,
     const FROM: usize,
     const WIDTH: usize,
     const MAPS: usize,
     const POLES: usize,
 >(
     simd: S,
-    state: &mut State<S, WIDTH, POLES>,
-    parts: &[&[Quad; WIDTH]; MAPS],
-    steps: &[Step],
-    sums: &mut [[Lanes; MAPS]],
+    state: &mut State<S, R, WIDTH, POLES>,
+    parts: &[&[Quad<R>; WIDTH]; MAPS],
+    steps: &[Step<R>],
+    sums: &mut [[R::Lanes; MAPS]],
 ) {
     for (steps, sums) in steps.as_chunks::<2>().0.iter().zip(sums) {
         let p = state.p;
         state.advance::<FROM>(simd, &steps[0]);
         let q = state.p;
         state.advance::<FROM>(simd, &steps[1]);
-        add_two_steps::<S, FROM, WIDTH, MAPS>(simd, [&p, &q], parts, sums);
+        add_two_steps::<S, R, FROM, WIDTH, MAPS>(simd, [&p, &q], parts, sums);
     }
 }
 
-/// Adds p_k · parts and p_{k+1} · parts, summed over the rings of the octets from `FROM`.
+/// Adds p_k · parts and p_{k+1} · parts, summed over the rings of the bundles from `FROM`.
 #[inline(always)]
-pub(super) fn add_two_steps<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
+pub(super) fn add_two_steps<
+    S: Simd,
+    R: Lane,
+    const FROM: usize,
+    const WIDTH: usize,
+    const MAPS: usize,
+>(
     simd: S,
-    [p, q]: [&[f64x8<S>; WIDTH]; 2],
-    parts: &[&[Quad; WIDTH]; MAPS],
-    sums: &mut [Lanes; MAPS],
+    [p, q]: [&[R::Vector<S>; WIDTH]; 2],
+    parts: &[&[Quad<R>; WIDTH]; MAPS],
+    sums: &mut [R::Lanes; MAPS],
 ) {
     for map in 0..MAPS {
-        let [a, b, c, d] = weigh::<S, FROM, WIDTH>(simd, p, parts[map]);
-        let [e, f, g, h] = weigh::<S, FROM, WIDTH>(simd, q, parts[map]);
-        // Three rounds of interleaving and adding leave the eight totals in this order.
-        let total = fold(fold(fold(a, e), fold(c, g)), fold(fold(b, f), fold(d, h)));
-        (f64x8::load_array_ref(simd, &sums[map]) + total).store_array(&mut sums[map]);
+        let [a, b, c, d] = weigh::<S, R, FROM, WIDTH>(simd, p, parts[map]);
+        let [e, f, g, h] = weigh::<S, R, FROM, WIDTH>(simd, q, parts[map]);
+        // Three rounds of interleaving and adding leave the eight totals in this order, in parts of
+        // every eighth lane.
+        let total = fold::<S, R>(
+            fold::<S, R>(fold::<S, R>(a, e), fold::<S, R>(c, g)),
+            fold::<S, R>(fold::<S, R>(b, f), fold::<S, R>(d, h)),
+        );
+        (R::load(simd, &sums[map]) + total).store_array(&mut sums[map]);
     }
 }
 
 /// Adds Σ over rings of p_k · parts to `sums[k / 2]`, four for each of two steps, for `MAPS` maps
-/// on `WIDTH` octets; `parts[map][octet]` are even cosine, even sine, odd cosine · x, odd sine · x,
+/// on `WIDTH` bundles; `parts[map][bundle]` are even cosine, even sine, odd cosine · x, odd sine · x,
 /// weighted.
 #[inline(always)]
 fn analyse_block<
     S: Simd,
+    R: Lane,
     const MAPS: usize,
     const WIDTH: usize,
     const HALF: usize,
     const POLES: usize,
 >(
     simd: S,
-    recurrence: &Recurrence,
+    recurrence: &Recurrence<R>,
     m: usize,
     first: usize,
-    parts: &[&[Quad]; MAPS],
-    sums: &mut [[Lanes; MAPS]],
+    parts: &[&[Quad<R>]; MAPS],
+    sums: &mut [[R::Lanes; MAPS]],
 ) {
-    let octets = block(&recurrence.octets, first);
+    let bundles = block(&recurrence.bundles, first);
     let steps = recurrence.steps(m);
     let parts = parts.map(|parts| block(parts, first));
     let mut entries = std::array::from_fn(|v| recurrence.entries(m, first + v));
     let last = steps.len();
-    let mut state = State::<S, WIDTH, POLES>::new(simd, octets);
+    let mut state = State::<S, R, WIDTH, POLES>::new(simd, bundles);
     let mut k = first_step(&entries, last);
     let whole = first_step(&entries[..HALF.max(1)], last);
     while k < last {
         let next = state.admit(simd, &mut entries, k, last);
         let (steps, sums) = (&steps[k..next], &mut sums[k / 2..next / 2]);
         if HALF > 0 && k < whole {
-            analyse_steps::<S, HALF, WIDTH, MAPS, POLES>(simd, &mut state, &parts, steps, sums);
+            analyse_steps::<S, R, HALF, WIDTH, MAPS, POLES>(simd, &mut state, &parts, steps, sums);
         } else {
-            analyse_steps::<S, 0, WIDTH, MAPS, POLES>(simd, &mut state, &parts, steps, sums);
+            analyse_steps::<S, R, 0, WIDTH, MAPS, POLES>(simd, &mut state, &parts, steps, sums);
         }
         k = next;
     }
@@ -289,24 +331,24 @@ fn analyse_block<
 
 /// Interleaves two vectors and adds the halves: lanes 2i and 2i + 1 are sums of a and of b.
 #[inline(always)]
-fn fold<S: Simd>(a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
+fn fold<S: Simd, R: Lane>(a: R::Vector<S>, b: R::Vector<S>) -> R::Vector<S> {
     let (low, high) = a.interleave(b);
     low + high
 }
 
-/// p · parts summed over the octets from `FROM`, each lane for itself.
+/// p · parts summed over the bundles from `FROM`, each lane for itself.
 #[inline(always)]
-fn weigh<S: Simd, const FROM: usize, const WIDTH: usize>(
+fn weigh<S: Simd, R: Lane, const FROM: usize, const WIDTH: usize>(
     simd: S,
-    p: &[f64x8<S>; WIDTH],
-    parts: &[Quad; WIDTH],
-) -> [f64x8<S>; 4] {
+    p: &[R::Vector<S>; WIDTH],
+    parts: &[Quad<R>; WIDTH],
+) -> [R::Vector<S>; 4] {
     // Loops and not closures: a closure would not be compiled for the wide vectors.
-    let mut totals = [f64x8::splat(simd, 0.0); 4];
+    let mut totals = [R::splat(simd, R::default()); 4];
     for part in 0..4 {
-        let mut total = p[FROM] * f64x8::load_array_ref(simd, &parts[FROM][part]);
+        let mut total = p[FROM] * R::load(simd, &parts[FROM][part]);
         for v in FROM + 1..WIDTH {
-            let factor = f64x8::load_array_ref(simd, &parts[v][part]);
+            let factor = R::load(simd, &parts[v][part]);
             total = p[v].mul_add(factor, total);
         }
         totals[part] = total;
@@ -314,21 +356,21 @@ fn weigh<S: Simd, const FROM: usize, const WIDTH: usize>(
     totals
 }
 
-/// p_k on the octets of a block, `table[k][octet]`, and from which step on each octet's are not all
+/// p_k on the bundles of a block, `table[k][bundle]`, and from which step on each bundle's are not all
 /// zero.
 #[inline(always)]
-pub(super) fn tabulate<S: Simd, const WIDTH: usize, const POLES: usize>(
+pub(super) fn tabulate<S: Simd, R: Lane, const WIDTH: usize, const POLES: usize>(
     simd: S,
-    recurrence: &Recurrence,
+    recurrence: &Recurrence<R>,
     m: usize,
     first: usize,
-    table: &mut [[Lanes; WIDTH]],
+    table: &mut [[R::Lanes; WIDTH]],
 ) -> [usize; WIDTH] {
     let steps = recurrence.steps(m);
     let last = steps.len();
     let mut entries = std::array::from_fn(|v| recurrence.entries(m, first + v));
     let begins = entries.map(|entries| entries.first().map_or(last, |entry| entry.step));
-    let mut state = State::<S, WIDTH, POLES>::new(simd, block(&recurrence.octets, first));
+    let mut state = State::<S, R, WIDTH, POLES>::new(simd, block(&recurrence.bundles, first));
     let mut k = first_step(&entries, last);
     while k < last {
         let next = state.admit(simd, &mut entries, k, last);
@@ -341,6 +383,46 @@ pub(super) fn tabulate<S: Simd, const WIDTH: usize, const POLES: usize>(
         k = next;
     }
     begins
+}
+
+/// p and d of a bundle at order m, every `stride` steps.
+#[inline(always)]
+pub(super) fn states<S: Simd>(
+    simd: S,
+    recurrence: &Recurrence,
+    m: usize,
+    bundle: usize,
+    stride: usize,
+    states: &mut Vec<[Lanes; 2]>,
+) {
+    if recurrence.bundles[bundle].is_polar() {
+        follow::<S, 1>(simd, recurrence, m, bundle, stride, states);
+    } else {
+        follow::<S, 0>(simd, recurrence, m, bundle, stride, states);
+    }
+}
+
+/// As [`states`].
+#[inline(always)]
+fn follow<S: Simd, const POLES: usize>(
+    simd: S,
+    recurrence: &Recurrence,
+    m: usize,
+    bundle: usize,
+    stride: usize,
+    states: &mut Vec<[Lanes; 2]>,
+) {
+    let steps = recurrence.steps(m);
+    let mut entries = [recurrence.entries(m, bundle)];
+    let mut state = State::<S, f64, 1, POLES>::new(simd, block(&recurrence.bundles, bundle));
+    // Entries are at multiples of the stride.
+    for (chunk, steps) in steps.chunks(stride).enumerate() {
+        state.admit(simd, &mut entries, chunk * stride, steps.len());
+        states.push([state.p[0].into(), state.d[0].into()]);
+        for step in steps {
+            state.advance::<0>(simd, step);
+        }
+    }
 }
 
 /// How many rings, or steps, the product of eight maps takes at once: as many as the registers hold
@@ -363,8 +445,8 @@ fn synthesise_block_of_eight<
     (out, table): &mut (&mut [Quad], &mut [Lanes]),
 ) {
     let table = &mut table.as_chunks_mut().0[..recurrence.steps(m).len()];
-    let begins = tabulate::<S, WIDTH, POLES>(simd, recurrence, m, first, table);
-    let octets = block::<_, WIDTH>(&recurrence.octets, first);
+    let begins = tabulate::<S, f64, WIDTH, POLES>(simd, recurrence, m, first, table);
+    let bundles = block::<_, WIDTH>(&recurrence.bundles, first);
     let out = &mut out.as_chunks_mut::<LANES>().0[first..first + WIDTH];
     for v in 0..WIDTH {
         let (table, sums) = (&table[begins[v]..], &sums[begins[v]..]);
@@ -383,7 +465,7 @@ fn synthesise_block_of_eight<
                     }
                 }
             }
-            let x = &octets[v].x.as_chunks::<TILE>().0[tile];
+            let x = &bundles[v].x.as_chunks::<TILE>().0[tile];
             for ring in 0..TILE {
                 let x = f64x8::splat(simd, x[ring]);
                 let [ec, es, oc, os] = totals[ring];
@@ -408,7 +490,7 @@ fn analyse_block_of_eight<S: Simd, const WIDTH: usize, const _HALF: usize, const
     (sums, table): &mut (&mut [Quad], &mut [Lanes]),
 ) {
     let table = &mut table.as_chunks_mut().0[..recurrence.steps(m).len()];
-    let begins = tabulate::<S, WIDTH, POLES>(simd, recurrence, m, first, table);
+    let begins = tabulate::<S, f64, WIDTH, POLES>(simd, recurrence, m, first, table);
     let parts = &parts.as_chunks::<LANES>().0[first..first + WIDTH];
     for v in 0..WIDTH {
         let (tables, last_table) = table[begins[v]..].as_chunks::<TILE>();
@@ -458,17 +540,17 @@ fn analyse_tile<S: Simd, const STEPS: usize, const WIDTH: usize>(
     }
 }
 
-/// Runs a kernel on every block of octets. Where `$halved`, four octets go as twice two; vectors of
-/// fewer lanes than an octet have room for one octet only.
+/// Runs a kernel on every block of bundles. Where `$halved`, four bundles go as twice two; vectors of
+/// fewer lanes than a bundle have room for one bundle only.
 macro_rules! over_blocks {
-    ($kernel:ident $(<$maps:ident>)?, $halved:expr, $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:expr) => {
+    ($kernel:ident $(<$number:ident $(, $maps:ident)?>)?, $halved:expr, $simd:ident, $recurrence:ident, $m:ident, $a:ident, $b:expr) => {
         for block in &$recurrence.blocks {
             macro_rules! run {
                 ($first:expr, $width:literal, $half:literal, $poles:literal) => {
                     $simd.vectorize(
                         #[inline(always)]
                         || {
-                            $kernel::<S, $($maps,)? $width, $half, $poles>(
+                            $kernel::<S, $($number, $($maps,)?)? $width, $half, $poles>(
                                 $simd,
                                 $recurrence,
                                 $m,
@@ -515,16 +597,16 @@ macro_rules! over_blocks {
 
 /// Synthesis of `MAPS` maps (1 or 3) at order m: see [`synthesise_block`].
 #[inline(always)]
-pub(crate) fn synthesise<S: Simd, const MAPS: usize>(
+pub(crate) fn synthesise<S: Simd, R: Lane, const MAPS: usize>(
     simd: S,
-    recurrence: &Recurrence,
+    recurrence: &Recurrence<R>,
     m: usize,
-    sums: &[[[f64; 4]; MAPS]],
-    out: &mut [&mut [Quad]; MAPS],
+    sums: &[[[R; 4]; MAPS]],
+    out: &mut [&mut [Quad<R>]; MAPS],
 ) {
-    // The sums of three maps fill the registers with two octets.
+    // The sums of three maps fill the registers with two bundles.
     over_blocks!(
-        synthesise_block<MAPS>,
+        synthesise_block<R, MAPS>,
         MAPS > 1,
         simd,
         recurrence,
@@ -536,14 +618,14 @@ pub(crate) fn synthesise<S: Simd, const MAPS: usize>(
 
 /// Analysis of `MAPS` maps (1 or 3) at order m: see [`analyse_block`].
 #[inline(always)]
-pub(crate) fn analyse<S: Simd, const MAPS: usize>(
+pub(crate) fn analyse<S: Simd, R: Lane, const MAPS: usize>(
     simd: S,
-    recurrence: &Recurrence,
+    recurrence: &Recurrence<R>,
     m: usize,
-    parts: &[&[Quad]; MAPS],
-    sums: &mut [[Lanes; MAPS]],
+    parts: &[&[Quad<R>]; MAPS],
+    sums: &mut [[R::Lanes; MAPS]],
 ) {
-    over_blocks!(analyse_block<MAPS>, false, simd, recurrence, m, parts, sums);
+    over_blocks!(analyse_block<R, MAPS>, false, simd, recurrence, m, parts, sums);
 }
 
 /// Synthesis of eight maps at order m, see [`synthesise_block_of_eight`]: their sums by ring, and a

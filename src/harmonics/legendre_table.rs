@@ -2,29 +2,30 @@
 
 use std::ops::Range;
 
+use fearless_simd::Level;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, f64x8};
 
 use super::kernel::{Quad, Totals, add_step, add_two_steps, block, store_totals, tabulate};
-use super::recurrence::{Block, LANES, Lanes, Recurrence};
+use super::lane::Lane;
+use super::recurrence::{Block, LANES, Recurrence};
 use super::simd::wide;
 
-/// The most values that a table is made of, 4 MiB of them: on Gauss–Legendre rings to degree 150 or
-/// so. From the second cache or in part from the third they come sooner than the recurrence's steps
+/// The most lines that a table is made of, 4 MiB of them: on Gauss–Legendre rings to degree 150 or
+/// so, to 190 in single precision. From the second cache or in part from the third they come sooner than the recurrence's steps
 /// are made; at degree 255 no more, where synthesis took a quarter longer with a table (AMD family 25,
 /// which halves its vectors of eight).
-const MOST_VALUES: usize = 1 << 19;
+const MOST_LINES: usize = 1 << 16;
 
-/// p_k of every order and octet of a [`Recurrence`].
-pub(crate) struct LegendreTable {
-    lines: Vec<Lanes>,
-    /// Where each (order, octet) begins in `lines`.
+/// p_k of every order and bundle of a [`Recurrence`].
+pub(crate) struct LegendreTable<R: Lane = f64> {
+    lines: Vec<R::Lanes>,
+    /// Where each (order, bundle) begins in `lines`.
     starts: Vec<u32>,
-    octets: usize,
+    bundles: usize,
 }
 
-/// Runs a kernel on every block of octets. Where `$halved`, four octets go as twice two; vectors of
-/// fewer lanes than an octet have room for one octet only.
+/// Runs a kernel on every block of bundles. Where `$halved`, four bundles go as twice two; vectors of
+/// fewer lanes than a bundle have room for one bundle only.
 macro_rules! over_blocks {
     ($kernel:ident, $halved:expr, $simd:ident, $recurrence:ident, $arguments:expr, $out:expr) => {
         for block in &$recurrence.blocks {
@@ -32,7 +33,7 @@ macro_rules! over_blocks {
                 ($first:expr, $width:literal, $half:literal) => {
                     $simd.vectorize(
                         #[inline(always)]
-                        || $kernel::<S, MAPS, $width, $half>($simd, $first, $arguments, $out),
+                        || $kernel::<S, R, MAPS, $width, $half>($simd, $first, $arguments, $out),
                     )
                 };
             }
@@ -54,31 +55,45 @@ macro_rules! over_blocks {
     };
 }
 
-impl LegendreTable {
-    /// The table, where it is small enough to be of use.
-    pub(crate) fn new(recurrence: &Recurrence, orders: usize, level: Level) -> Option<Self> {
-        let octets = recurrence.octets.len();
-        if recurrence.steps_of_all() * octets * LANES > MOST_VALUES {
+impl<R: Lane> LegendreTable<R> {
+    /// The table, where it is small enough to be of use: the values of `exact`, where those of
+    /// `recurrence` are not negligible.
+    pub(crate) fn new(
+        recurrence: &Recurrence<R>,
+        exact: &Recurrence,
+        orders: usize,
+        level: Level,
+    ) -> Option<Self> {
+        let bundles = recurrence.bundles.len();
+        if recurrence.steps_of_all() * bundles > MOST_LINES {
             return None;
         }
         let mut table = Self {
             lines: Vec::new(),
             starts: vec![0],
-            octets,
+            bundles,
         };
-        let mut all = vec![[[0.0; LANES]]; recurrence.steps(0).len()];
+        let parts = R::LANES / LANES;
+        let mut all = vec![vec![[[0.0; LANES]]; recurrence.steps(0).len()]; parts];
         for m in 0..=orders {
-            let all = &mut all[..recurrence.steps(m).len()];
+            let count = recurrence.steps(m).len();
             for block in &recurrence.blocks {
                 for v in 0..block.width {
-                    let (octet, begin) = (block.first + v, begin_of(recurrence, m, block, v));
-                    all.fill([[0.0; LANES]]);
-                    wide!(level, simd => if v < block.polar {
-                        tabulate::<_, 1, 1>(simd, recurrence, m, octet, all)
-                    } else {
-                        tabulate::<_, 1, 0>(simd, recurrence, m, octet, all)
-                    });
-                    table.lines.extend_from_slice(all[begin..].as_flattened());
+                    let (bundle, begin) = (block.first + v, begin_of(recurrence, m, block, v));
+                    for (part, all) in all.iter_mut().enumerate() {
+                        let at = bundle * parts + part;
+                        all.fill([[0.0; LANES]]);
+                        if at < exact.bundles.len() {
+                            wide!(level, simd => if exact.bundles[at].is_polar() {
+                                tabulate::<_, f64, 1, 1>(simd, exact, m, at, &mut all[..count])
+                            } else {
+                                tabulate::<_, f64, 1, 0>(simd, exact, m, at, &mut all[..count])
+                            });
+                        }
+                    }
+                    let value = |k: usize, lane: usize| all[lane / LANES][k][0][lane % LANES];
+                    let line = |k| R::lanes(|lane| R::of(value(k, lane)));
+                    table.lines.extend((begin..count).map(line));
                     table.starts.push(table.lines.len() as u32);
                 }
             }
@@ -97,12 +112,12 @@ impl LegendreTable {
     pub(crate) fn synthesise<S: Simd, const MAPS: usize>(
         &self,
         simd: S,
-        recurrence: &Recurrence,
+        recurrence: &Recurrence<R>,
         m: usize,
-        sums: &[[[f64; 4]; MAPS]],
-        out: &mut [&mut [Quad]; MAPS],
+        sums: &[[[R; 4]; MAPS]],
+        out: &mut [&mut [Quad<R>]; MAPS],
     ) {
-        // The sums of three maps fill the registers with two octets.
+        // The sums of three maps fill the registers with two bundles.
         over_blocks!(
             synthesise_block,
             MAPS > 1,
@@ -118,10 +133,10 @@ impl LegendreTable {
     pub(crate) fn analyse<S: Simd, const MAPS: usize>(
         &self,
         simd: S,
-        recurrence: &Recurrence,
+        recurrence: &Recurrence<R>,
         m: usize,
-        parts: &[&[Quad]; MAPS],
-        sums: &mut [[Lanes; MAPS]],
+        parts: &[&[Quad<R>]; MAPS],
+        sums: &mut [[R::Lanes; MAPS]],
     ) {
         over_blocks!(
             analyse_block,
@@ -133,20 +148,20 @@ impl LegendreTable {
         );
     }
 
-    /// p_k of some octets at order m, up to the last step: from where one of those that begin
+    /// p_k of some bundles at order m, up to the last step: from where one of those that begin
     /// together is not negligible.
     #[inline(always)]
-    fn rows<const WIDTH: usize>(&self, m: usize, first: usize) -> [&[Lanes]; WIDTH] {
-        let at = m * self.octets + first;
+    fn rows<const WIDTH: usize>(&self, m: usize, first: usize) -> [&[R::Lanes]; WIDTH] {
+        let at = m * self.bundles + first;
         std::array::from_fn(|v| {
             &self.lines[self.starts[at + v] as usize..self.starts[at + v + 1] as usize]
         })
     }
 }
 
-/// The step at which the row of a block's octet v begins. The octets nearer the pole begin later;
+/// The step at which the row of a block's bundle v begins. The bundles nearer the pole begin later;
 /// each half of a block begins together, and no half after the one before it.
-fn begin_of(recurrence: &Recurrence, m: usize, block: &Block, v: usize) -> usize {
+fn begin_of<R: Lane>(recurrence: &Recurrence<R>, m: usize, block: &Block, v: usize) -> usize {
     let half = block.width.div_ceil(2);
     (0..(v / half + 1) * half)
         .filter_map(|v| recurrence.entries(m, block.first + v).first())
@@ -156,11 +171,11 @@ fn begin_of(recurrence: &Recurrence, m: usize, block: &Block, v: usize) -> usize
 
 /// The lines of some steps, of the rows from `FROM`; `last` is the step at which all rows end.
 #[inline(always)]
-fn lines<'a, const FROM: usize, const WIDTH: usize>(
-    rows: &[&'a [Lanes]; WIDTH],
+fn lines<'a, R: Lane, const FROM: usize, const WIDTH: usize>(
+    rows: &[&'a [R::Lanes]; WIDTH],
     steps: Range<usize>,
     last: usize,
-) -> [&'a [Lanes]; WIDTH] {
+) -> [&'a [R::Lanes]; WIDTH] {
     std::array::from_fn(|v| {
         if v < FROM {
             return &[][..];
@@ -172,89 +187,89 @@ fn lines<'a, const FROM: usize, const WIDTH: usize>(
 
 /// Line k of each row from `FROM`.
 #[inline(always)]
-fn load<S: Simd, const FROM: usize, const WIDTH: usize>(
+fn load<S: Simd, R: Lane, const FROM: usize, const WIDTH: usize>(
     simd: S,
-    rows: &[&[Lanes]; WIDTH],
+    rows: &[&[R::Lanes]; WIDTH],
     k: usize,
-) -> [f64x8<S>; WIDTH] {
-    let mut p = [f64x8::splat(simd, 0.0); WIDTH];
+) -> [R::Vector<S>; WIDTH] {
+    let mut p = [R::splat(simd, R::default()); WIDTH];
     for v in FROM..WIDTH {
-        p[v] = f64x8::load_array_ref(simd, &rows[v][k]);
+        p[v] = R::load(simd, &rows[v][k]);
     }
     p
 }
 
 /// What the kernels of one order work from: the table, its recurrence, the order, and the sums by
 /// step or the parts of the rings.
-type OrderInput<'a, T> = (&'a LegendreTable, &'a Recurrence, usize, &'a [T]);
+type OrderInput<'a, R, T> = (&'a LegendreTable<R>, &'a Recurrence<R>, usize, &'a [T]);
 
-/// Σ_k p_k · sums on the octets of a block. Until the first half enters, the other goes alone.
+/// Σ_k p_k · sums on the bundles of a block. Until the first half enters, the other goes alone.
 #[inline(always)]
-fn synthesise_block<S: Simd, const MAPS: usize, const WIDTH: usize, const HALF: usize>(
+fn synthesise_block<S: Simd, R: Lane, const MAPS: usize, const WIDTH: usize, const HALF: usize>(
     simd: S,
     first: usize,
-    (table, recurrence, m, sums): OrderInput<'_, [[f64; 4]; MAPS]>,
-    out: &mut [&mut [Quad]; MAPS],
+    (table, recurrence, m, sums): OrderInput<'_, R, [[R; 4]; MAPS]>,
+    out: &mut [&mut [Quad<R>]; MAPS],
 ) {
     let last = recurrence.steps(m).len();
     let rows = table.rows::<WIDTH>(m, first);
-    let mut totals = [[[f64x8::splat(simd, 0.0); WIDTH]; 4]; MAPS];
+    let mut totals = [[[R::splat(simd, R::default()); WIDTH]; 4]; MAPS];
     let (begin, whole) = (last - rows[WIDTH - 1].len(), last - rows[0].len());
     if HALF > 0 {
-        let rows = lines::<HALF, WIDTH>(&rows, begin..whole, last);
-        synthesise_lines::<S, HALF, WIDTH, MAPS>(simd, &rows, &sums[begin..whole], &mut totals);
+        let rows = lines::<R, HALF, WIDTH>(&rows, begin..whole, last);
+        synthesise_lines::<S, R, HALF, WIDTH, MAPS>(simd, &rows, &sums[begin..whole], &mut totals);
     }
-    let rows = lines::<0, WIDTH>(&rows, whole..last, last);
-    synthesise_lines::<S, 0, WIDTH, MAPS>(simd, &rows, &sums[whole..last], &mut totals);
-    store_totals(simd, block(&recurrence.octets, first), first, &totals, out);
+    let rows = lines::<R, 0, WIDTH>(&rows, whole..last, last);
+    synthesise_lines::<S, R, 0, WIDTH, MAPS>(simd, &rows, &sums[whole..last], &mut totals);
+    store_totals(simd, block(&recurrence.bundles, first), first, &totals, out);
 }
 
 /// Some steps of the rows from `FROM`.
 #[inline(always)]
-fn synthesise_lines<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
+fn synthesise_lines<S: Simd, R: Lane, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
     simd: S,
-    rows: &[&[Lanes]; WIDTH],
-    sums: &[[[f64; 4]; MAPS]],
-    totals: &mut Totals<S, WIDTH, MAPS>,
+    rows: &[&[R::Lanes]; WIDTH],
+    sums: &[[[R; 4]; MAPS]],
+    totals: &mut Totals<S, R, WIDTH, MAPS>,
 ) {
     for (k, sums) in sums.iter().enumerate() {
-        let p = load::<S, FROM, WIDTH>(simd, rows, k);
-        add_step::<S, FROM, WIDTH, MAPS>(simd, &p, totals, sums);
+        let p = load::<S, R, FROM, WIDTH>(simd, rows, k);
+        add_step::<S, R, FROM, WIDTH, MAPS>(simd, &p, totals, sums);
     }
 }
 
 /// Adds Σ over the rings of a block of p_k · parts to `sums[k / 2]`, four for each of two steps.
 #[inline(always)]
-fn analyse_block<S: Simd, const MAPS: usize, const WIDTH: usize, const HALF: usize>(
+fn analyse_block<S: Simd, R: Lane, const MAPS: usize, const WIDTH: usize, const HALF: usize>(
     simd: S,
     first: usize,
-    (table, recurrence, m, parts): OrderInput<'_, &[Quad]>,
-    sums: &mut [[Lanes; MAPS]],
+    (table, recurrence, m, parts): OrderInput<'_, R, &[Quad<R>]>,
+    sums: &mut [[R::Lanes; MAPS]],
 ) {
     let last = recurrence.steps(m).len();
     let rows = table.rows::<WIDTH>(m, first);
     let parts = std::array::from_fn(|map| block(parts[map], first));
     let (begin, whole) = (last - rows[WIDTH - 1].len(), last - rows[0].len());
     if HALF > 0 {
-        let rows = lines::<HALF, WIDTH>(&rows, begin..whole, last);
+        let rows = lines::<R, HALF, WIDTH>(&rows, begin..whole, last);
         let sums = &mut sums[begin / 2..whole / 2];
-        analyse_lines::<S, HALF, WIDTH, MAPS>(simd, &rows, &parts, sums);
+        analyse_lines::<S, R, HALF, WIDTH, MAPS>(simd, &rows, &parts, sums);
     }
-    let rows = lines::<0, WIDTH>(&rows, whole..last, last);
-    analyse_lines::<S, 0, WIDTH, MAPS>(simd, &rows, &parts, &mut sums[whole / 2..last / 2]);
+    let rows = lines::<R, 0, WIDTH>(&rows, whole..last, last);
+    analyse_lines::<S, R, 0, WIDTH, MAPS>(simd, &rows, &parts, &mut sums[whole / 2..last / 2]);
 }
 
 /// Two steps at a time of the rows from `FROM`; where they begin and end is even.
 #[inline(always)]
-fn analyse_lines<S: Simd, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
+fn analyse_lines<S: Simd, R: Lane, const FROM: usize, const WIDTH: usize, const MAPS: usize>(
     simd: S,
-    rows: &[&[Lanes]; WIDTH],
-    parts: &[&[Quad; WIDTH]; MAPS],
-    sums: &mut [[Lanes; MAPS]],
+    rows: &[&[R::Lanes]; WIDTH],
+    parts: &[&[Quad<R>; WIDTH]; MAPS],
+    sums: &mut [[R::Lanes; MAPS]],
 ) {
     for (k, sums) in sums.iter_mut().enumerate() {
-        let p = load::<S, FROM, WIDTH>(simd, rows, 2 * k);
-        let q = load::<S, FROM, WIDTH>(simd, rows, 2 * k + 1);
-        add_two_steps::<S, FROM, WIDTH, MAPS>(simd, [&p, &q], parts, sums);
+        let p = load::<S, R, FROM, WIDTH>(simd, rows, 2 * k);
+        let q = load::<S, R, FROM, WIDTH>(simd, rows, 2 * k + 1);
+        add_two_steps::<S, R, FROM, WIDTH, MAPS>(simd, [&p, &q], parts, sums);
     }
 }

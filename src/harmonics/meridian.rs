@@ -14,8 +14,9 @@ use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 
 use super::kernel::Quad;
+use super::lane::Lane;
 use super::recurrence::{LANES, Lanes};
-use super::ring_fft::{Element, RingFft, transpose};
+use super::ring_fft::{Element, RingFft};
 use crate::numeric::quadrature::cos_turn;
 use crate::sphere::{Grid, Latitudes};
 
@@ -77,7 +78,7 @@ impl Meridian {
     }
 
     /// The values of G on the rings, for the eight orders from `first` or as many as `sums` has:
-    /// `sums[octet · stride + i]` and `out[octet · 8 + i]` belong to order `first + i`.
+    /// `sums[bundle · stride + i]` and `out[bundle · 8 + i]` belong to order `first + i`.
     #[inline(always)]
     pub(crate) fn project<S: Simd>(
         &self,
@@ -98,19 +99,19 @@ impl Meridian {
             }
         });
         let signs = f64x8::load_array(simd, signs);
-        let octets = out.len() / LANES;
-        for octet in 0..octets {
-            let sums = &sums[octet * stride..][..orders];
+        let bundles = out.len() / LANES;
+        for bundle in 0..bundles {
+            let sums = &sums[bundle * stride..][..orders];
             for half in 0..2 {
                 let mut parts = [[zero; LANES]; 2];
                 for part in 0..2 {
                     for (lane, quad) in parts[part].iter_mut().zip(sums) {
                         *lane = f64x8::load_array_ref(simd, &quad[2 * half + part]);
                     }
-                    parts[part] = transpose(parts[part]);
+                    parts[part] = f64::transpose(parts[part]);
                 }
                 for lane in 0..LANES {
-                    let Some(ring) = self.ring(octet * LANES + lane, half) else {
+                    let Some(ring) = self.ring(bundle * LANES + lane, half) else {
                         continue;
                     };
                     let (re, im) = (parts[0][lane], parts[1][lane]);
@@ -158,17 +159,17 @@ impl Meridian {
             }
         }
         self.coarse.inverse(simd, coarse);
-        for octet in 0..octets {
-            let out = &mut out[octet * LANES..][..LANES];
+        for bundle in 0..bundles {
+            let out = &mut out[bundle * LANES..][..LANES];
             for half in 0..2 {
                 for part in 0..2 {
                     let mut lanes = [zero; LANES];
                     for lane in 0..LANES {
-                        if let Some(ring) = self.ring(octet * LANES + lane, half) {
+                        if let Some(ring) = self.ring(bundle * LANES + lane, half) {
                             lanes[lane] = f64x8::load_array_ref(simd, &coarse[ring][part]);
                         }
                     }
-                    for (quad, values) in out.iter_mut().zip(transpose(lanes)) {
+                    for (quad, values) in out.iter_mut().zip(f64::transpose(lanes)) {
                         values.store_array(&mut quad[2 * half + part]);
                     }
                 }

@@ -21,6 +21,7 @@ mod derivative;
 mod euler;
 mod kaiser_bessel;
 mod kernel;
+mod lane;
 mod least_squares;
 pub mod legendre;
 mod legendre_table;
@@ -34,8 +35,11 @@ mod ring_fft;
 mod rotation;
 mod scattered;
 mod simd;
+mod single_recurrence;
+mod single_transform;
 mod spectrum;
 mod splat;
+mod stages;
 mod transform;
 pub mod wigner;
 mod work;
@@ -51,6 +55,7 @@ pub use point::{Basis, MAX_BASIS_DEGREE, evaluate, evaluate_all};
 pub use random::random_field;
 pub use rotation::{MAX_ROTATION_DEGREE, Rotation};
 pub use scattered::ScatteredTransform;
+pub use single_transform::SingleTransform;
 pub use spectrum::{
     average_power, convolve_zonal, cross_power, deconvolve_zonal, gaussian_beam, zonal_factor,
 };

@@ -21,13 +21,13 @@ const LARGEST_RADIX: usize = 50;
 
 /// The plan for the rings of one grid.
 pub(crate) struct OwnRings {
-    octets: Vec<RingOctet>,
+    bundles: Vec<RingBundle>,
     transforms: Vec<RingFft>,
     sign: f64,
 }
 
 /// Eight northern rings and their mirror images.
-struct RingOctet {
+struct RingBundle {
     /// How many points each has; 0 where there is no ring.
     lengths: [usize; LANES],
     /// The azimuths of the first points, northern and southern.
@@ -37,7 +37,7 @@ struct RingOctet {
     chirps: bool,
 }
 
-impl RingOctet {
+impl RingBundle {
     fn longest(&self) -> usize {
         self.lengths.into_iter().fold(0, usize::max)
     }
@@ -48,15 +48,15 @@ impl OwnRings {
         let (rings, pairs) = (grid.rings(), grid.rings().div_ceil(2));
         let mut sizes: Vec<usize> = Vec::new();
         let mut transforms: Vec<RingFft> = Vec::new();
-        let octets = (0..pairs.div_ceil(LANES)).map(|octet| {
-            let mut one = RingOctet {
+        let bundles = (0..pairs.div_ceil(LANES)).map(|bundle| {
+            let mut one = RingBundle {
                 lengths: [0; LANES],
                 azimuths: [[0.0; LANES]; 2],
                 transform: 0,
                 chirps: false,
             };
-            for lane in 0..LANES.min(pairs - octet * LANES) {
-                let ring = octet * LANES + lane;
+            for lane in 0..LANES.min(pairs - bundle * LANES) {
+                let ring = bundle * LANES + lane;
                 one.lengths[lane] = grid.ring_columns(ring);
                 one.azimuths[0][lane] = grid.ring_azimuth(ring);
                 one.azimuths[1][lane] = grid.ring_azimuth(rings - 1 - ring);
@@ -79,7 +79,7 @@ impl OwnRings {
             one
         });
         Self {
-            octets: octets.collect(),
+            bundles: bundles.collect(),
             transforms,
             sign: if grid.is_descending() { -1.0 } else { 1.0 },
         }
@@ -87,15 +87,15 @@ impl OwnRings {
 
     /// How many elements the work on sixteen rings needs.
     pub(crate) fn work_len(&self) -> usize {
-        let of_octet = |octet: &RingOctet| {
-            let work = self.transforms[octet.transform].work_len();
-            if octet.chirps {
-                2 * work + octet.longest()
+        let of_bundle = |bundle: &RingBundle| {
+            let work = self.transforms[bundle.transform].work_len();
+            if bundle.chirps {
+                2 * work + bundle.longest()
             } else {
                 work
             }
         };
-        self.octets.iter().map(of_octet).max().unwrap_or(0)
+        self.bundles.iter().map(of_bundle).max().unwrap_or(0)
     }
 
     /// Eight northern rows and their mirror images from their sums; `sums[m · stride]` is order
@@ -104,17 +104,17 @@ impl OwnRings {
     pub(crate) fn synthesise<S: Simd>(
         &self,
         simd: S,
-        octet: usize,
+        bundle: usize,
         (sums, stride, orders): (&[Quad], usize, usize),
-        rows: Rows<&mut [f64]>,
+        rows: Rows<f64, &mut [f64]>,
         slot: &mut [Lanes],
     ) {
-        let octet = &self.octets[octet];
-        let fft = &self.transforms[octet.transform];
+        let bundle = &self.bundles[bundle];
+        let fft = &self.transforms[bundle.transform];
         let buffer: &mut [Element] = slot.as_chunks_mut().0;
-        let n = octet.longest();
-        buffer[..if octet.chirps { fft.len() } else { n }].fill([[0.0; LANES]; 2]);
-        let mut turns = octet.azimuths.map(Turns::new);
+        let n = bundle.longest();
+        buffer[..if bundle.chirps { fft.len() } else { n }].fill([[0.0; LANES]; 2]);
+        let mut turns = bundle.azimuths.map(Turns::new);
         for (m, sums) in sums.iter().step_by(stride).take(orders).enumerate() {
             let half = if m == 0 { 1.0 } else { 0.5 };
             let [north, south] = turns.each_mut().map(|turns| turns.at(m));
@@ -130,8 +130,8 @@ impl OwnRings {
                 (up[0][lane], up[1][lane]) = (nr - si, ni + sr);
                 (down[0][lane], down[1][lane]) = (nr + si, sr - ni);
             }
-            if octet.chirps {
-                for (lane, &length) in octet.lengths.iter().enumerate().filter(|(_, n)| **n > 0) {
+            if bundle.chirps {
+                for (lane, &length) in bundle.lengths.iter().enumerate().filter(|(_, n)| **n > 0) {
                     let k = m % length;
                     add_lane(&mut buffer[k], &up, lane);
                     if m > 0 {
@@ -146,8 +146,8 @@ impl OwnRings {
                 }
             }
         }
-        if octet.chirps {
-            octet.convolve(simd, fft, 1.0, buffer);
+        if bundle.chirps {
+            bundle.convolve(simd, fft, 1.0, buffer);
         } else {
             fft.inverse(simd, buffer);
         }
@@ -165,16 +165,16 @@ impl OwnRings {
     pub(crate) fn analyse<S: Simd>(
         &self,
         simd: S,
-        octet: usize,
-        rows: Rows<&[f64]>,
+        bundle: usize,
+        rows: Rows<f64, &[f64]>,
         out: &mut [Quad],
         slot: &mut [Lanes],
     ) {
-        let octet = &self.octets[octet];
-        let fft = &self.transforms[octet.transform];
+        let bundle = &self.bundles[bundle];
+        let fft = &self.transforms[bundle.transform];
         let buffer: &mut [Element] = slot.as_chunks_mut().0;
-        let n = octet.longest();
-        buffer[..if octet.chirps { fft.len() } else { n }].fill([[0.0; LANES]; 2]);
+        let n = bundle.longest();
+        buffer[..if bundle.chirps { fft.len() } else { n }].fill([[0.0; LANES]; 2]);
         for (part, rows) in rows.iter().enumerate() {
             for (lane, row) in rows.iter().enumerate() {
                 for (value, element) in row.iter().zip(&mut *buffer) {
@@ -182,22 +182,22 @@ impl OwnRings {
                 }
             }
         }
-        if octet.chirps {
-            octet.convolve(simd, fft, -1.0, buffer);
+        if bundle.chirps {
+            bundle.convolve(simd, fft, -1.0, buffer);
         } else {
             fft.forward(simd, buffer);
         }
-        let mut turns = octet.azimuths.map(Turns::new);
+        let mut turns = bundle.azimuths.map(Turns::new);
         for (m, out) in out.iter_mut().enumerate() {
             let [north, south] = turns.each_mut().map(|turns| turns.at(m));
-            for (lane, &length) in octet.lengths.iter().enumerate() {
+            for (lane, &length) in bundle.lengths.iter().enumerate() {
                 if length == 0 {
                     out.iter_mut().for_each(|part| part[lane] = 0.0);
                     continue;
                 }
                 let k = m % length;
                 let other = (length - k) % length;
-                let (a, b) = if octet.chirps {
+                let (a, b) = if bundle.chirps {
                     (&buffer[k], &buffer[other])
                 } else {
                     (&buffer[fft.position(k)], &buffer[fft.position(other)])
@@ -230,7 +230,7 @@ fn add_lane(to: &mut Element, other: &Element, lane: usize) {
     to[1][lane] += other[1][lane];
 }
 
-impl RingOctet {
+impl RingBundle {
     /// Σ_j x_j e^(±2πi jk/n) for each lane's n, in place, in order; `sign` is that of the exponent.
     #[inline(always)]
     fn convolve<S: Simd>(&self, simd: S, fft: &RingFft, sign: f64, buffer: &mut [Element]) {

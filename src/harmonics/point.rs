@@ -7,8 +7,8 @@ use fearless_simd::{Level, f64x8};
 use glam::DVec3;
 
 use super::coefficients::{Coefficients, coefficient_count, column_start};
+use super::lane::Lane;
 use super::recurrence::{LANES, Lanes};
-use super::ring_fft::transpose;
 use super::simd::wide;
 use super::work::{over_chunk_pairs, over_chunks};
 use crate::error::{all_finite, check_length, not_finite};
@@ -158,21 +158,49 @@ impl Basis {
             out.len(),
         )?;
         check_directions(directions)?;
-        let tables = &*self.0;
         over_chunks(parallelism, out, CHUNK * count, |chunk, out| {
             let directions = &directions[chunk * CHUNK..];
             for (out, directions) in out.chunks_mut(LANES * count).zip(directions.chunks(LANES)) {
-                // One pass in order brings the rows into the cache: they are written eight at a
-                // time, which memory takes badly.
-                out.fill(0.0);
-                wide!(tables.level, simd => {
-                    let octet = EightDirections::new(simd, directions);
-                    if tables.degree <= DOUBLE_DEGREE {
-                        tables.write_values::<_, false>(simd, &octet, out);
-                    } else {
-                        tables.write_values::<_, true>(simd, &octet, out);
-                    }
-                });
+                self.0.values_at_eight(directions, out);
+            }
+        });
+        Ok(())
+    }
+
+    /// [`values`](Self::values) in single precision: worked out in double, and rounded.
+    ///
+    /// ```
+    /// use lobes::{Parallelism, glam::DVec3, harmonics::Basis};
+    /// let mut values = [0f32; 4];
+    /// Basis::new(1)?.values_single(&[DVec3::Z], &mut values, Parallelism::Sequential)?;
+    /// assert_eq!(values[1], (3.0 / (4.0 * std::f64::consts::PI)).sqrt() as f32);
+    /// # Ok::<(), lobes::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`values`](Self::values).
+    pub fn values_single(
+        &self,
+        directions: &[DVec3],
+        out: &mut [f32],
+        parallelism: Parallelism,
+    ) -> Result<()> {
+        let count = self.count();
+        check_length(
+            "the output of the basis",
+            directions.len().saturating_mul(count),
+            out.len(),
+        )?;
+        check_directions(directions)?;
+        over_chunks(parallelism, out, CHUNK * count, |chunk, out| {
+            let directions = &directions[chunk * CHUNK..];
+            let mut values = vec![0.0; LANES * count];
+            for (out, directions) in out.chunks_mut(LANES * count).zip(directions.chunks(LANES)) {
+                let values = &mut values[..out.len()];
+                self.0.values_at_eight(directions, values);
+                for (out, value) in out.iter_mut().zip(values) {
+                    *out = *value as f32;
+                }
             }
         });
         Ok(())
@@ -672,7 +700,7 @@ impl<S: Simd> ValueRows<S> {
             }
         }
         if at + LANES <= self.count {
-            let tile = transpose(*tile);
+            let tile = f64::transpose(*tile);
             for (values, row) in tile
                 .into_iter()
                 .zip(out[self.offset..].chunks_mut(self.stride))
@@ -687,7 +715,7 @@ impl<S: Simd> ValueRows<S> {
     /// Writes what is left.
     #[inline(always)]
     fn finish(self, out: &mut [f64]) {
-        let tile = transpose(self.tail);
+        let tile = f64::transpose(self.tail);
         let used = LANES.min(self.count);
         for (values, row) in tile
             .into_iter()
@@ -763,6 +791,21 @@ impl<S: Simd> Frame<S> {
 }
 
 impl Tables {
+    /// The values at up to eight directions.
+    fn values_at_eight(&self, directions: &[DVec3], out: &mut [f64]) {
+        // One pass in order brings the rows into the cache: they are written eight at a time, which
+        // memory takes badly.
+        out.fill(0.0);
+        wide!(self.level, simd => {
+            let octet = EightDirections::new(simd, directions);
+            if self.degree <= DOUBLE_DEGREE {
+                self.write_values::<_, false>(simd, &octet, out);
+            } else {
+                self.write_values::<_, true>(simd, &octet, out);
+            }
+        });
+    }
+
     fn column_steps(&self, m: usize) -> &[DegreeStep] {
         &self.steps[self.starts[m]..self.starts[m + 1]]
     }

@@ -18,22 +18,19 @@ use std::f64::consts::PI;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, f64x8};
 
+use super::lane::Lane;
 use super::simd::wide;
 use crate::numeric::double_double::DoubleDouble;
 use crate::sphere::Grid;
 use crate::vectors;
 
-/// How many rings of one hemisphere go side by side.
+/// How many rings of one hemisphere go side by side in double precision.
 pub(crate) const LANES: usize = 8;
 
 /// One value for each of eight rings.
 pub(crate) type Lanes = [f64; LANES];
 
-/// What is left out of a map at most, as a part of its rms. Leaving out |P̄_lm| < τ changes no
-/// value by more than τ Σ |f_lm| ≤ τ √(4π) (degree + 1) rms.
-const NEGLIGIBLE: f64 = 1e-14;
-
-/// The form of the recurrence that eight rings use.
+/// The form of the recurrence that the rings of a bundle use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Form {
     /// p_k and p_k − p_{k−1}, with t_k − 2.
@@ -42,17 +39,27 @@ pub(crate) enum Form {
     Equatorial,
 }
 
-/// Eight rings of the northern hemisphere.
+/// Rings of the northern hemisphere that go side by side.
 #[derive(Debug, Clone)]
-pub(crate) struct Octet {
+pub(crate) struct Bundle<R: Lane = f64> {
     /// cos θ.
-    pub(crate) x: Lanes,
+    pub(crate) x: R::Lanes,
     /// What multiplies a_k: x², or −s² in the polar form.
-    pub(crate) argument: Lanes,
+    pub(crate) argument: R::Lanes,
+    /// What rounding has taken from the argument: in single precision it would turn the phase of p_k
+    /// by as much in every step.
+    pub(crate) rest: R::Lanes,
     form: Form,
 }
 
-/// Octets that go side by side, the first `polar` of them in the polar form.
+impl<R: Lane> Bundle<R> {
+    /// Whether the rings use the polar form.
+    pub(crate) fn is_polar(&self) -> bool {
+        self.form == Form::Polar
+    }
+}
+
+/// Bundles that go side by side, the first `polar` of them in the polar form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Block {
     pub(crate) first: usize,
@@ -60,19 +67,19 @@ pub(crate) struct Block {
     pub(crate) polar: usize,
 }
 
-/// Values with which rings enter the recurrence at step k, a multiple of [`STRIDE`]; zero for the
-/// rings that enter elsewhere.
+/// The state of a bundle from step k on, a multiple of [`STRIDE`]: where rings enter the recurrence;
+/// zero for those that enter later.
 #[derive(Debug, Clone)]
-pub(crate) struct Entry {
+pub(crate) struct Entry<R: Lane = f64> {
     pub(crate) step: usize,
     /// p_k.
-    pub(crate) p: Lanes,
+    pub(crate) p: R::Lanes,
     /// The second state of the form.
-    pub(crate) d: Lanes,
+    pub(crate) d: R::Lanes,
 }
 
 /// What a step needs: a_k, then the constant of each form: a(1−ε²−ε²) − 2, 2 − a(ε²+ε²).
-pub(crate) type Step = [f64; 3];
+pub(crate) type Step<R = f64> = [R; 3];
 
 /// Where the constants are in a [`Step`].
 pub(crate) const POLAR: usize = 1;
@@ -84,27 +91,25 @@ pub(crate) const EQUATORIAL: usize = 2;
 pub(crate) type Scale = [f64; 3];
 
 /// The tables of all orders on one grid.
-pub(crate) struct Recurrence {
-    pub(crate) octets: Vec<Octet>,
+pub(crate) struct Recurrence<R: Lane = f64> {
+    pub(crate) bundles: Vec<Bundle<R>>,
     pub(crate) blocks: Vec<Block>,
     /// By order, as many as there are pairs of degrees, and one of zeros more where that is odd.
-    steps: Vec<Step>,
-    scales: Vec<Scale>,
+    pub(super) steps: Vec<Step<R>>,
+    pub(super) scales: Vec<Scale>,
     /// Where each order begins in `steps` and `scales`.
-    starts: Vec<usize>,
-    entries: Vec<Entry>,
-    /// Where each (order, octet) begins in `entries`.
-    entry_starts: Vec<u32>,
+    pub(super) starts: Vec<usize>,
+    pub(super) entries: Vec<Entry<R>>,
+    /// Where each (order, bundle) begins in `entries`.
+    pub(super) entry_starts: Vec<u32>,
 }
 
 impl Recurrence {
     pub(crate) fn new(grid: &Grid, degree: usize, orders: usize, level: Level) -> Self {
-        // Eight registers of sums for each octet: AVX-512 holds four octets, less holds one.
-        let width = if vectors::hold_eight(level) { 4 } else { 1 };
-        let (octets, sines, blocks) = octets(grid, width);
+        let (bundles, sines, blocks) = bundles(grid, level);
         let count: usize = (0..=orders).map(|m| padded_steps(degree, m)).sum();
         let mut recurrence = Self {
-            octets,
+            bundles,
             blocks,
             steps: Vec::with_capacity(count),
             scales: Vec::with_capacity(count),
@@ -112,7 +117,7 @@ impl Recurrence {
             entries: Vec::new(),
             entry_starts: vec![0],
         };
-        let negligible = NEGLIGIBLE / ((4.0 * PI).sqrt() * (degree + 1) as f64);
+        let negligible = negligible::<f64>(degree);
         // sin^m θ as mantissa · 2^(UNIT · exponent), and the square of what multiplies it in P̄_mm.
         let mut powers = vec![([DoubleDouble::ONE; LANES], [0i32; LANES]); sines.len()];
         let mut square = DoubleDouble::ONE.divide(DoubleDouble::PI.scale(4.0));
@@ -139,11 +144,11 @@ impl Recurrence {
             push_tables(m, degree, &mut recurrence.steps, &mut recurrence.scales);
             recurrence.starts.push(recurrence.steps.len());
             let factor = square.sqrt().to_f64() / recurrence.scales[start][0];
-            for (octet, (mantissas, exponents)) in recurrence.octets.iter().zip(&powers) {
+            for (bundle, (mantissas, exponents)) in recurrence.bundles.iter().zip(&powers) {
                 let steps = &recurrence.steps[start..];
                 let scales = &recurrence.scales[start..start + (degree - m) / 2 + 1];
                 let first = mantissas.map(|p| p.to_f64() * factor);
-                wide!(level, simd => enter(simd, octet, steps, scales, (first, *exponents), negligible, &mut recurrence.entries));
+                wide!(level, simd => enter(simd, bundle, steps, scales, (first, *exponents), negligible, &mut recurrence.entries));
                 recurrence
                     .entry_starts
                     .push(recurrence.entries.len() as u32);
@@ -151,9 +156,11 @@ impl Recurrence {
         }
         recurrence
     }
+}
 
+impl<R: Lane> Recurrence<R> {
     /// The steps of order m.
-    pub(crate) fn steps(&self, m: usize) -> &[Step] {
+    pub(crate) fn steps(&self, m: usize) -> &[Step<R>] {
         &self.steps[self.starts[m]..self.starts[m + 1]]
     }
 
@@ -167,10 +174,10 @@ impl Recurrence {
         &self.scales[self.starts[m]..self.starts[m + 1]]
     }
 
-    /// Where the rings of an octet enter order m, by ascending step; none where all of them are
+    /// Where the rings of a bundle enter order m, by ascending step; none where all of them are
     /// negligible throughout.
-    pub(crate) fn entries(&self, m: usize, octet: usize) -> &[Entry] {
-        let at = m * self.octets.len() + octet;
+    pub(crate) fn entries(&self, m: usize, bundle: usize) -> &[Entry<R>] {
+        let at = m * self.bundles.len() + bundle;
         &self.entries[self.entry_starts[at] as usize..self.entry_starts[at + 1] as usize]
     }
 
@@ -181,8 +188,8 @@ impl Recurrence {
     pub(crate) fn prepare<const MAPS: usize>(
         &self,
         m: usize,
-        columns: &[&[f64]; MAPS],
-        out: &mut [[[f64; 4]; MAPS]],
+        columns: &[&[R]; MAPS],
+        out: &mut [[[R; 4]; MAPS]],
     ) {
         let count = columns[0].len() / 2;
         let pairs = count / 2;
@@ -190,10 +197,11 @@ impl Recurrence {
         let (scales, last_scale) = self.scales(m).split_at(pairs);
         let columns = columns.map(|column| column.split_at(count));
         let mut b = [[0.0; 2]; MAPS];
-        rest.fill([[0.0; 4]; MAPS]);
+        rest.fill([[R::default(); 4]; MAPS]);
         if let (1, [out, ..], [scale, ..]) = (count % 2, rest, last_scale) {
             for ((out, b), (cosine, sine)) in out.iter_mut().zip(&mut b).zip(&columns) {
-                *out = prepared(scale, [cosine[count - 1], 0.0], [sine[count - 1], 0.0], b);
+                let alone = |column: &[R]| [column[count - 1], R::default()];
+                *out = prepared(scale, alone(cosine), alone(sine), b);
             }
         }
         let cosines = columns.map(|(cosine, _)| &cosine.as_chunks::<2>().0[..pairs]);
@@ -211,8 +219,8 @@ impl Recurrence {
     pub(crate) fn finish<const MAPS: usize>(
         &self,
         m: usize,
-        sums: &[[Lanes; MAPS]],
-        columns: [&mut [f64]; MAPS],
+        sums: &[[R::Lanes; MAPS]],
+        columns: [&mut [R]; MAPS],
     ) {
         let scales = self.scales(m);
         let count = columns[0].len() / if m == 0 { 1 } else { 2 };
@@ -222,23 +230,23 @@ impl Recurrence {
         for (k, scale) in scales.iter().enumerate().take(pairs) {
             let sums = &sums[k / 2];
             for map in 0..MAPS {
-                let sums = &sums[map].as_chunks::<4>().0[k % 2];
+                let sums = &four_of::<R>(&sums[map], k % 2);
                 let (c, s) = finished(scale, sums, &mut b[map]);
                 let (cosine, sine) = &mut columns[map];
-                cosine[2 * k..2 * k + 2].copy_from_slice(&c);
+                cosine[2 * k..2 * k + 2].copy_from_slice(&c.map(R::of));
                 if m > 0 {
-                    sine[2 * k..2 * k + 2].copy_from_slice(&s);
+                    sine[2 * k..2 * k + 2].copy_from_slice(&s.map(R::of));
                 }
             }
         }
         if count % 2 == 1 {
             for map in 0..MAPS {
-                let sums = &sums[pairs / 2][map].as_chunks::<4>().0[pairs % 2];
+                let sums = &four_of::<R>(&sums[pairs / 2][map], pairs % 2);
                 let (c, s) = finished(&scales[pairs], sums, &mut b[map]);
                 let (cosine, sine) = &mut columns[map];
-                cosine[count - 1] = c[0];
+                cosine[count - 1] = R::of(c[0]);
                 if m > 0 {
-                    sine[count - 1] = s[0];
+                    sine[count - 1] = R::of(s[0]);
                 }
             }
         }
@@ -249,7 +257,7 @@ impl Recurrence {
         size_of_val(&*self.steps)
             + size_of_val(&*self.scales)
             + size_of_val(&*self.entries)
-            + size_of_val(&*self.octets)
+            + size_of_val(&*self.bundles)
             + size_of_val(&*self.entry_starts)
     }
 }
@@ -257,10 +265,20 @@ impl Recurrence {
 /// One row of [`Recurrence::prepare`] from two degrees of the cosine and the sine column; `b` is Σ
 /// h s of the rows above it.
 #[inline(always)]
-fn prepared(&[alpha, g, h]: &Scale, c: [f64; 2], s: [f64; 2], b: &mut [f64; 2]) -> [f64; 4] {
+fn prepared<R: Lane>(&[alpha, g, h]: &Scale, c: [R; 2], s: [R; 2], b: &mut [f64; 2]) -> [R; 4] {
+    let (c, s) = (c.map(R::value), s.map(R::value));
     b[0] += h * c[1];
     b[1] += h * s[1];
-    [alpha * c[0], alpha * s[0], g * b[0], g * b[1]]
+    [alpha * c[0], alpha * s[0], g * b[0], g * b[1]].map(R::of)
+}
+
+/// The four sums of the first or the second of two steps: parts of each are in every eighth lane.
+#[inline(always)]
+fn four_of<R: Lane>(sums: &R::Lanes, second: usize) -> [f64; 4] {
+    std::array::from_fn(|i| {
+        let parts = sums.as_ref()[4 * second + i..].iter().step_by(8);
+        parts.map(|part| part.value()).sum()
+    })
 }
 
 /// Two degrees of the cosine and the sine column from one row of sums; `b` is Σ g of the rows below
@@ -281,13 +299,24 @@ fn padded_steps(degree: usize, m: usize) -> usize {
     ((degree - m) / 2 + 1).next_multiple_of(2)
 }
 
-/// The northern rings in eights, their sines, and blocks of at most `width` of them; the last octet
-/// is filled up with rings whose harmonics all vanish.
-fn octets(grid: &Grid, width: usize) -> (Vec<Octet>, Vec<Lanes>, Vec<Block>) {
+/// Below this P̄_lm counts as 0: leaving out |P̄_lm| < τ changes no value of a map by more than
+/// τ Σ |f_lm| ≤ τ √(4π) (degree + 1) rms.
+pub(super) fn negligible<R: Lane>(degree: usize) -> f64 {
+    R::NEGLIGIBLE / ((4.0 * PI).sqrt() * (degree + 1) as f64)
+}
+
+/// The northern rings in bundles, their sines, and blocks of them; the last bundle is filled up with
+/// rings whose harmonics all vanish.
+pub(super) fn bundles<R: Lane>(
+    grid: &Grid,
+    level: Level,
+) -> (Vec<Bundle<R>>, Vec<R::Lanes>, Vec<Block>) {
+    // Eight registers of sums for each bundle: AVX-512 holds four bundles, less holds one.
+    let width = if vectors::hold_eight(level) { 4 } else { 1 };
     let pairs = grid.rings().div_ceil(2);
-    let count = pairs.div_ceil(LANES);
-    let is_polar = |octet: usize| {
-        let middle = (octet * LANES + LANES / 2).min(pairs - 1);
+    let count = pairs.div_ceil(R::LANES);
+    let is_polar = |bundle: usize| {
+        let middle = (bundle * R::LANES + R::LANES / 2).min(pairs - 1);
         grid.cosines()[middle] > grid.sines()[middle]
     };
     let mut blocks = Vec::new();
@@ -320,21 +349,30 @@ fn octets(grid: &Grid, width: usize) -> (Vec<Octet>, Vec<Lanes>, Vec<Block>) {
             }
         })
     });
-    let (octets, sines) = forms
-        .zip(grid.cosines()[..pairs].chunks(LANES))
-        .zip(grid.sines()[..pairs].chunks(LANES))
+    let (bundles, sines) = forms
+        .zip(grid.cosines()[..pairs].chunks(R::LANES))
+        .zip(grid.sines()[..pairs].chunks(R::LANES))
         .map(|((form, cosines), sines)| {
-            let (mut x, mut s) = ([0.0; LANES], [0.0; LANES]);
-            x[..cosines.len()].copy_from_slice(cosines);
-            s[..sines.len()].copy_from_slice(sines);
-            let argument = match form {
-                Form::Polar => s.map(|s| -(s * s)),
-                Form::Equatorial => x.map(|x| x * x),
+            let lanes = |f: &dyn Fn(f64, f64) -> f64| {
+                R::lanes(|i| match (cosines.get(i), sines.get(i)) {
+                    (Some(&x), Some(&s)) => R::of(f(x, s)),
+                    _ => R::default(),
+                })
             };
-            (Octet { x, argument, form }, s)
+            let argument = |x: f64, s: f64| match form {
+                Form::Polar => -(s * s),
+                Form::Equatorial => x * x,
+            };
+            let bundle = Bundle {
+                x: lanes(&|x, _| x),
+                argument: lanes(&argument),
+                rest: lanes(&|x, s| argument(x, s) - R::of(argument(x, s)).value()),
+                form,
+            };
+            (bundle, lanes(&|_, s| s))
         })
         .unzip();
-    (octets, sines, blocks)
+    (bundles, sines, blocks)
 }
 
 /// ε_l² as its numerator and denominator, exact in doubles for l ≤ 4098.
@@ -399,21 +437,21 @@ const BIG: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
 
 /// How many steps go between two looks at the size of the values, an even number; one step
 /// multiplies them by less than 2^16.
-const STRIDE: usize = 4;
+pub(super) const STRIDE: usize = 4;
 
 /// Follows eight rings from k = 0, with exponents of their own, to where each is representable and
 /// the first is not negligible.
 #[inline(always)]
 fn enter<S: Simd>(
     simd: S,
-    octet: &Octet,
+    bundle: &Bundle,
     steps: &[Step],
     scales: &[Scale],
     (first, mut exponents): (Lanes, [i32; LANES]),
     negligible: f64,
     entries: &mut Vec<Entry>,
 ) {
-    let argument = f64x8::load_array_ref(simd, &octet.argument);
+    let argument = f64x8::load_array_ref(simd, &bundle.argument);
     let mut p = f64x8::load_array(simd, first);
     let mut d = p;
     // Lanes that are in already, or are padding.
@@ -454,7 +492,7 @@ fn enter<S: Simd>(
         }
         for step in &steps[k..steps.len().min(k + STRIDE)] {
             let a = f64x8::splat(simd, step[0]);
-            match octet.form {
+            match bundle.form {
                 Form::Polar => {
                     let u = argument.mul_add(a, f64x8::splat(simd, step[POLAR]));
                     d = u.mul_add(p, d);
@@ -471,26 +509,26 @@ fn enter<S: Simd>(
     }
 }
 
-/// The entry of the lanes that are representable and not yet inside.
+/// The state of the lanes that are representable, where one of them is not yet inside.
 fn entry(
     &(step, p, d, exponents): &(usize, Lanes, Lanes, [i32; LANES]),
     inside: &mut [bool; LANES],
 ) -> Option<Entry> {
-    let mut entry = Entry {
+    let mut entry = Entry::<f64> {
         step,
         p: [0.0; LANES],
         d: [0.0; LANES],
     };
     let mut any = false;
     for lane in 0..LANES {
-        if !inside[lane] && exponents[lane] >= -1 {
+        if exponents[lane] >= -1 {
             let unit = match exponents[lane] {
                 -1 => 1.0 / BIG / BIG,
                 0 => 1.0,
                 _ => BIG * BIG,
             };
+            any |= !inside[lane];
             inside[lane] = true;
-            any = true;
             entry.p[lane] = p[lane] * unit;
             entry.d[lane] = d[lane] * unit;
         }

@@ -1,5 +1,5 @@
-//! The Fourier transforms along rings: sixteen rings at a time, one complex transform for each
-//! pair.
+//! The Fourier transforms along rings: as many pairs of rings at a time as there are lanes, one
+//! complex transform for each pair.
 //!
 //! A lane holds one northern ring as the real part and its southern mirror as the imaginary part,
 //! so that one complex transform serves two real rings and no shuffling is needed inside it. In
@@ -8,29 +8,28 @@
 
 use std::f64::consts::PI;
 
-use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 
-use super::recurrence::Lanes;
+use super::lane::Lane;
 
-/// Eight complex numbers: the real parts, then the imaginary.
-pub(crate) type Element = [Lanes; 2];
+/// A complex number for each lane: the real parts, then the imaginary.
+pub(crate) type Element<R = f64> = [<R as Lane>::Lanes; 2];
 
 /// The plan for rings of one length.
-pub(crate) struct RingFft {
-    stages: Vec<Stage>,
+pub(crate) struct RingFft<R: Lane = f64> {
+    stages: Vec<Stage<R>>,
     /// Where frequency k is in the permuted spectrum.
     positions: Vec<u32>,
 }
 
-struct Stage {
+struct Stage<R> {
     radix: usize,
     /// How many elements each of the `radix` parts has.
     part: usize,
     /// e^(−2πi q t/(radix · part)) for q < part, 1 ≤ t < radix; `[q (radix − 1) + t − 1]`.
-    twiddles: Vec<[f64; 2]>,
+    twiddles: Vec<[R; 2]>,
     /// e^(−2πi t/radix), for a radix without a butterfly of its own.
-    roots: Vec<[f64; 2]>,
+    roots: Vec<[R; 2]>,
 }
 
 /// e^(−2πi k/n), from an angle of at most an eighth of a turn.
@@ -47,7 +46,7 @@ fn root(k: usize, n: usize) -> [f64; 2] {
     }
 }
 
-impl RingFft {
+impl<R: Lane> RingFft<R> {
     pub(crate) fn new(length: usize) -> Self {
         let mut radices = Vec::new();
         let mut rest = length;
@@ -84,14 +83,14 @@ impl RingFft {
                 let part = size / radix;
                 let twiddles = (0..part)
                     .flat_map(|q| (1..radix).map(move |t| (q * t, size)))
-                    .map(|(k, n)| root(k, n))
+                    .map(|(k, n)| root(k, n).map(R::of))
                     .collect();
                 size = part;
                 Stage {
                     radix,
                     part,
                     twiddles,
-                    roots: (0..radix).map(|t| root(t, radix)).collect(),
+                    roots: (0..radix).map(|t| root(t, radix).map(R::of)).collect(),
                 }
             })
             .collect();
@@ -117,7 +116,7 @@ impl RingFft {
     /// Σ_j z_j e^(−2πi jk/n), in place, the result permuted. `buffer` has
     /// [`work_len`](Self::work_len) elements.
     #[inline(always)]
-    pub(crate) fn forward<S: Simd>(&self, simd: S, buffer: &mut [Element]) {
+    pub(crate) fn forward<S: Simd>(&self, simd: S, buffer: &mut [Element<R>]) {
         let (data, work) = buffer.split_at_mut(self.positions.len());
         self.descend::<S, false>(simd, 0, data, work);
     }
@@ -125,7 +124,7 @@ impl RingFft {
     /// Σ_k z_k e^(+2πi jk/n), in place, from a permuted spectrum. `buffer` has
     /// [`work_len`](Self::work_len) elements.
     #[inline(always)]
-    pub(crate) fn inverse<S: Simd>(&self, simd: S, buffer: &mut [Element]) {
+    pub(crate) fn inverse<S: Simd>(&self, simd: S, buffer: &mut [Element<R>]) {
         let (data, work) = buffer.split_at_mut(self.positions.len());
         self.descend::<S, true>(simd, 0, data, work);
     }
@@ -134,8 +133,8 @@ impl RingFft {
         &self,
         simd: S,
         level: usize,
-        data: &mut [Element],
-        work: &mut [Element],
+        data: &mut [Element<R>],
+        work: &mut [Element<R>],
     ) {
         let Some(stage) = self.stages.get(level) else {
             return;
@@ -144,23 +143,23 @@ impl RingFft {
             let stages = &self.stages[level..];
             if INVERSE {
                 for stage in stages.iter().rev() {
-                    run::<S, INVERSE>(simd, stage, data, work);
+                    run::<S, R, INVERSE>(simd, stage, data, work);
                 }
             } else {
                 for stage in stages {
-                    run::<S, INVERSE>(simd, stage, data, work);
+                    run::<S, R, INVERSE>(simd, stage, data, work);
                 }
             }
             return;
         }
         if !INVERSE {
-            run::<S, INVERSE>(simd, stage, data, work);
+            run::<S, R, INVERSE>(simd, stage, data, work);
         }
         for part in data.chunks_exact_mut(stage.part) {
             self.descend::<S, INVERSE>(simd, level + 1, part, work);
         }
         if INVERSE {
-            run::<S, INVERSE>(simd, stage, data, work);
+            run::<S, R, INVERSE>(simd, stage, data, work);
         }
     }
 }
@@ -168,41 +167,41 @@ impl RingFft {
 /// How many elements fit the nearest cache: these go stage by stage, more of them part by part.
 const IN_CACHE: usize = 256;
 
-fn run<S: Simd, const INVERSE: bool>(
+fn run<S: Simd, R: Lane, const INVERSE: bool>(
     simd: S,
-    stage: &Stage,
-    data: &mut [Element],
-    work: &mut [Element],
+    stage: &Stage<R>,
+    data: &mut [Element<R>],
+    work: &mut [Element<R>],
 ) {
     simd.vectorize(
         #[inline(always)]
         || match stage.radix {
-            2 => butterflies::<S, 2, INVERSE>(simd, stage, data, butterfly2),
-            4 => butterflies::<S, 4, INVERSE>(simd, stage, data, butterfly4::<S, INVERSE>),
-            8 => butterflies::<S, 8, INVERSE>(simd, stage, data, butterfly8::<S, INVERSE>),
-            _ => general_butterflies::<S, INVERSE>(simd, stage, data, work),
+            2 => butterflies::<S, R, 2, INVERSE>(simd, stage, data, butterfly2),
+            4 => butterflies::<S, R, 4, INVERSE>(simd, stage, data, butterfly4::<S, R, INVERSE>),
+            8 => butterflies::<S, R, 8, INVERSE>(simd, stage, data, butterfly8::<S, R, INVERSE>),
+            _ => general_butterflies::<S, R, INVERSE>(simd, stage, data, work),
         },
     );
 }
 
 /// A complex vector.
 #[derive(Clone, Copy)]
-struct Complex<S: Simd> {
-    re: f64x8<S>,
-    im: f64x8<S>,
+struct Complex<S: Simd, R: Lane> {
+    re: R::Vector<S>,
+    im: R::Vector<S>,
 }
 
-impl<S: Simd> Complex<S> {
+impl<S: Simd, R: Lane> Complex<S, R> {
     #[inline(always)]
-    fn load(simd: S, element: &Element) -> Self {
+    fn load(simd: S, element: &Element<R>) -> Self {
         Self {
-            re: f64x8::load_array_ref(simd, &element[0]),
-            im: f64x8::load_array_ref(simd, &element[1]),
+            re: R::load(simd, &element[0]),
+            im: R::load(simd, &element[1]),
         }
     }
 
     #[inline(always)]
-    fn store(self, element: &mut Element) {
+    fn store(self, element: &mut Element<R>) {
         self.re.store_array(&mut element[0]);
         self.im.store_array(&mut element[1]);
     }
@@ -241,9 +240,10 @@ impl<S: Simd> Complex<S> {
 
     /// Times a root, conjugated in the inverse.
     #[inline(always)]
-    fn times<const INVERSE: bool>(self, simd: S, [c, s]: [f64; 2]) -> Self {
-        let c = f64x8::splat(simd, c);
-        let s = f64x8::splat(simd, if INVERSE { -s } else { s });
+    fn times<const INVERSE: bool>(self, simd: S, [c, s]: [R; 2]) -> Self {
+        let c = R::splat(simd, c);
+        let s = R::splat(simd, s);
+        let s = if INVERSE { -s } else { s };
         Self {
             re: self.re.mul_sub(c, self.im * s),
             im: self.re.mul_add(s, self.im * c),
@@ -252,30 +252,34 @@ impl<S: Simd> Complex<S> {
 }
 
 #[inline(always)]
-fn butterfly2<S: Simd>(_: S, [a, b]: [Complex<S>; 2]) -> [Complex<S>; 2] {
+fn butterfly2<S: Simd, R: Lane>(_: S, [a, b]: [Complex<S, R>; 2]) -> [Complex<S, R>; 2] {
     [a.plus(b), a.minus(b)]
 }
 
 #[inline(always)]
-fn butterfly4<S: Simd, const INVERSE: bool>(
+fn butterfly4<S: Simd, R: Lane, const INVERSE: bool>(
     _: S,
-    [a, b, c, d]: [Complex<S>; 4],
-) -> [Complex<S>; 4] {
+    [a, b, c, d]: [Complex<S, R>; 4],
+) -> [Complex<S, R>; 4] {
     let (ac, a_c) = (a.plus(c), a.minus(c));
     let (bd, b_d) = (b.plus(d), b.minus(d).turn::<INVERSE>());
     [ac.plus(bd), a_c.plus(b_d), ac.minus(bd), a_c.minus(b_d)]
 }
 
 #[inline(always)]
-fn butterfly8<S: Simd, const INVERSE: bool>(simd: S, x: [Complex<S>; 8]) -> [Complex<S>; 8] {
-    let even = butterfly4::<S, INVERSE>(simd, [x[0], x[2], x[4], x[6]]);
-    let odd = butterfly4::<S, INVERSE>(simd, [x[1], x[3], x[5], x[7]]);
+fn butterfly8<S: Simd, R: Lane, const INVERSE: bool>(
+    simd: S,
+    x: [Complex<S, R>; 8],
+) -> [Complex<S, R>; 8] {
+    let even = butterfly4::<S, R, INVERSE>(simd, [x[0], x[2], x[4], x[6]]);
+    let odd = butterfly4::<S, R, INVERSE>(simd, [x[1], x[3], x[5], x[7]]);
     let half = std::f64::consts::FRAC_1_SQRT_2;
+    let (up, down) = ([half, -half].map(R::of), [-half, -half].map(R::of));
     let odd = [
         odd[0],
-        odd[1].times::<INVERSE>(simd, [half, -half]),
+        odd[1].times::<INVERSE>(simd, up),
         odd[2].turn::<INVERSE>(),
-        odd[3].times::<INVERSE>(simd, [-half, -half]),
+        odd[3].times::<INVERSE>(simd, down),
     ];
     let mut out = x;
     for i in 0..4 {
@@ -286,17 +290,17 @@ fn butterfly8<S: Simd, const INVERSE: bool>(simd: S, x: [Complex<S>; 8]) -> [Com
 }
 
 #[inline(always)]
-fn butterflies<S: Simd, const RADIX: usize, const INVERSE: bool>(
+fn butterflies<S: Simd, R: Lane, const RADIX: usize, const INVERSE: bool>(
     simd: S,
-    stage: &Stage,
-    data: &mut [Element],
-    butterfly: impl Fn(S, [Complex<S>; RADIX]) -> [Complex<S>; RADIX],
+    stage: &Stage<R>,
+    data: &mut [Element<R>],
+    butterfly: impl Fn(S, [Complex<S, R>; RADIX]) -> [Complex<S, R>; RADIX],
 ) {
     let part = stage.part;
     let whole = RADIX * part;
     for block in data.chunks_exact_mut(whole) {
         for q in 0..part {
-            let mut x = [Complex::load(simd, &block[q]); RADIX];
+            let mut x = [Complex::<S, R>::load(simd, &block[q]); RADIX];
             for j in 1..RADIX {
                 x[j] = Complex::load(simd, &block[q + j * part]);
             }
@@ -321,28 +325,28 @@ fn butterflies<S: Simd, const RADIX: usize, const INVERSE: bool>(
 
 /// Any radix, by its definition.
 #[inline(always)]
-fn general_butterflies<S: Simd, const INVERSE: bool>(
+fn general_butterflies<S: Simd, R: Lane, const INVERSE: bool>(
     simd: S,
-    stage: &Stage,
-    data: &mut [Element],
-    work: &mut [Element],
+    stage: &Stage<R>,
+    data: &mut [Element<R>],
+    work: &mut [Element<R>],
 ) {
     let (radix, part) = (stage.radix, stage.part);
     for block in data.chunks_exact_mut(radix * part) {
         for q in 0..part {
             for (j, work) in work[..radix].iter_mut().enumerate() {
-                let mut x = Complex::load(simd, &block[q + j * part]);
+                let mut x = Complex::<S, R>::load(simd, &block[q + j * part]);
                 if INVERSE && j > 0 {
                     x = x.times::<true>(simd, stage.twiddles[q * (radix - 1) + j - 1]);
                 }
                 x.store(work);
             }
             for t in 0..radix {
-                let mut sum = Complex::load(simd, &work[0]);
+                let mut sum = Complex::<S, R>::load(simd, &work[0]);
                 let mut index = 0;
                 for x in &work[1..radix] {
                     index = (index + t) % radix;
-                    let term = Complex::load(simd, x);
+                    let term = Complex::<S, R>::load(simd, x);
                     sum = sum.plus(term.times::<INVERSE>(simd, stage.roots[index]));
                 }
                 if !INVERSE && t > 0 {
@@ -352,21 +356,4 @@ fn general_butterflies<S: Simd, const INVERSE: bool>(
             }
         }
     }
-}
-
-/// Transposes eight vectors of eight.
-#[inline(always)]
-pub(crate) fn transpose<S: Simd>(rows: [f64x8<S>; 8]) -> [f64x8<S>; 8] {
-    let mut rows = rows;
-    for _ in 0..3 {
-        let [a, b, c, d, e, f, g, h] = rows;
-        let ((a, e), (b, f), (c, g), (d, h)) = (
-            a.interleave(e),
-            b.interleave(f),
-            c.interleave(g),
-            d.interleave(h),
-        );
-        rows = [a, e, b, f, c, g, d, h];
-    }
-    rows
 }

@@ -8,9 +8,10 @@ use glam::DQuat;
 
 use super::coefficients::Coefficients;
 use super::euler::{Euler, times};
+use super::lane::Lane;
 use super::recurrence::{LANES, Lanes};
 use super::simd::wide;
-use super::work::{aligned, join};
+use super::work::join;
 use crate::error::{all_finite, allocate, not_finite};
 use crate::numeric::double_double::DoubleDouble;
 use crate::numeric::factorial::roots_of_factorials;
@@ -216,6 +217,27 @@ impl Rotation {
         Ok(out)
     }
 
+    /// [`rotate`](Self::rotate) of all (degree + 1)² coefficients in single precision, in the order of
+    /// [`Coefficients::as_slice`]: worked out in double, and rounded.
+    ///
+    /// # Errors
+    /// Those of [`rotate`](Self::rotate), and [`Error::Length`] for another number of coefficients.
+    pub fn rotate_single(
+        &self,
+        coefficients: &[f32],
+        rotation: DQuat,
+        parallelism: Parallelism,
+    ) -> Result<Vec<f32>> {
+        let values = coefficients.iter().map(|&value| f64::from(value)).collect();
+        let coefficients = Coefficients::from_vec(self.degree, self.degree, values)?;
+        let rotated = self.rotate(&coefficients, rotation, parallelism)?;
+        Ok(rotated
+            .as_slice()
+            .iter()
+            .map(|&value| value as f32)
+            .collect())
+    }
+
     /// [`rotate`](Self::rotate) into coefficients of all orders, with at least
     /// [`scratch_len`](Self::scratch_len) values of scratch. Allocates nothing.
     ///
@@ -254,7 +276,7 @@ impl Rotation {
                 allowed: "positive and finite",
             });
         }
-        let scratch = aligned(scratch);
+        let scratch = f64::aligned(scratch);
         let Euler {
             alpha, beta, gamma, ..
         } = Euler::of(rotation);

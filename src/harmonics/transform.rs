@@ -4,18 +4,20 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 
+use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, f64x8};
 
-use super::coefficients::{Coefficients, coefficient_count, column_start};
-use super::kernel::{self, Quad};
+use super::coefficients::{Coefficients, coefficient_count};
+use super::kernel::Quad;
+use super::lane::Lane;
 use super::legendre_table::LegendreTable;
 use super::meridian::Meridian;
 use super::own_rings::OwnRings;
 use super::recurrence::{LANES, Lanes, Recurrence};
-use super::ring_fft::{Element, RingFft, transpose};
+use super::ring_fft::Element;
 use super::simd::wide;
-use super::work::{Chunks, Octets, Orders, Rows, aligned, divided, inside_pool};
+use super::stages::{PARTS, Stages, Weighing};
+use super::work::{Bundles, Chunks, Orders, divided, inside_pool};
 use crate::error::{all_finite, allocate, check_length, not_finite};
 use crate::sphere::{Grid, Latitudes};
 use crate::{Error, Parallelism, Result, vectors};
@@ -51,26 +53,29 @@ pub const MAX_DEGREE: usize = 4096;
 pub struct Transform(Arc<Plan>);
 
 pub(super) struct Plan {
-    pub(super) grid: Grid,
-    pub(super) degree: usize,
-    pub(super) orders: usize,
-    pub(super) level: Level,
-    pub(super) recurrence: Recurrence,
-    /// What the recurrence gives, where that is little enough to be kept.
-    table: Option<LegendreTable>,
-    /// Where each ring of a map begins, and where the last one ends.
-    starts: Vec<usize>,
+    pub(super) stages: Stages,
     /// The transforms along rings, where those are not all alike.
     own: Option<OwnRings>,
-    fft: RingFft,
-    /// e^(i m φ₀) for each order, halved for m > 0.
-    phases: Vec<[f64; 2]>,
     /// Where the degree is more than weights on the rings serve: what makes them serve.
     meridian: Option<Meridian>,
-    /// The quadrature weights of each octet's rings, in steradians a point.
-    pub(super) weights: Vec<Lanes>,
-    /// How many threads the scratch serves.
-    workers: usize,
+}
+
+/// Refuses a degree or orders that a grid does not serve, or a transform.
+pub(super) fn check_degree(grid: &Grid, degree: usize, orders: usize) -> Result<()> {
+    for (what, value, limit) in [
+        ("the transform", degree, MAX_DEGREE),
+        ("the grid's rings", degree, grid.max_degree_of_rings()),
+        ("the grid's columns", orders, grid.max_order()),
+    ] {
+        if value > limit {
+            return Err(Error::Degree {
+                what,
+                degree: value,
+                limit,
+            });
+        }
+    }
+    Ok(())
 }
 
 impl Transform {
@@ -89,22 +94,10 @@ impl Transform {
     /// orders beyond [`Grid::max_order`].
     pub fn with_orders(grid: &Grid, degree: usize, orders: usize) -> Result<Self> {
         let orders = orders.min(degree);
-        for (what, value, limit) in [
-            ("the transform", degree, MAX_DEGREE),
-            ("the grid's rings", degree, grid.max_degree_of_rings()),
-            ("the grid's columns", orders, grid.max_order()),
-        ] {
-            if value > limit {
-                return Err(Error::Degree {
-                    what,
-                    degree: value,
-                    limit,
-                });
-            }
-        }
+        check_degree(grid, degree, orders)?;
         let level = vectors::level();
         let recurrence = Recurrence::new(grid, degree, orders, level);
-        let pairs = grid.rings().div_ceil(2);
+        let table = LegendreTable::new(&recurrence, &recurrence, orders, level);
         let by_weights =
             degree <= grid.max_degree_of_weights() || grid.latitudes() == Latitudes::Healpix;
         let meridian = (!by_weights).then(|| Meridian::new(grid));
@@ -112,58 +105,32 @@ impl Transform {
             Some(meridian) => meridian.weight(ring) * (2.0 * PI / grid.columns() as f64),
             None => grid.ring_weight(ring),
         };
-        let weights = (0..recurrence.octets.len())
-            .map(|octet| {
-                std::array::from_fn(|lane| {
-                    let ring = octet * LANES + lane;
-                    if ring < pairs { weight(ring) } else { 0.0 }
-                })
-            })
-            .collect();
+        let size = (degree, orders);
         Ok(Self(Arc::new(Plan {
-            degree,
-            orders,
-            level,
-            table: LegendreTable::new(&recurrence, orders, level),
-            recurrence,
-            starts: (0..grid.rings())
-                .map(|ring| grid.ring_points(ring).start)
-                .chain([grid.len()])
-                .collect(),
+            stages: Stages::new(grid, size, level, (recurrence, table), weight),
             own: (!grid.has_rings_alike()).then(|| OwnRings::new(grid)),
-            fft: RingFft::new(grid.columns()),
-            phases: (0..=orders)
-                .map(|m| {
-                    let (s, c) = (m as f64 * grid.first_azimuth()).sin_cos();
-                    let half = if m == 0 { 1.0 } else { 0.5 };
-                    [half * c, half * s]
-                })
-                .collect(),
-            weights,
             meridian,
-            workers: Parallelism::Rayon.threads(),
-            grid: grid.clone(),
         })))
     }
 
     /// The grid.
     pub fn grid(&self) -> &Grid {
-        &self.0.grid
+        &self.0.stages.grid
     }
 
     /// The largest degree l.
     pub fn degree(&self) -> usize {
-        self.0.degree
+        self.0.stages.degree
     }
 
     /// The largest order |m|.
     pub fn orders(&self) -> usize {
-        self.0.orders
+        self.0.stages.orders
     }
 
     /// How many coefficients one map has.
     pub fn coefficient_count(&self) -> usize {
-        coefficient_count(self.0.degree, self.0.orders)
+        coefficient_count(self.0.stages.degree, self.0.stages.orders)
     }
 
     /// How many values of scratch the `_into` functions need for a batch of so many maps.
@@ -173,8 +140,7 @@ impl Transform {
 
     /// How much memory the plan's tables take, in bytes.
     pub fn table_bytes(&self) -> usize {
-        let table = self.0.table.as_ref().map_or(0, LegendreTable::bytes);
-        self.0.recurrence.bytes() + table
+        self.0.stages.table_bytes()
     }
 
     /// The map of a coefficient set, `rings × columns`.
@@ -185,7 +151,7 @@ impl Transform {
     /// and the map is not; [`Error::Memory`] where there is none.
     pub fn synthesise(&self, coefficients: &Coefficients) -> Result<Vec<f64>> {
         self.check_shape(coefficients)?;
-        let mut map = allocate("the map", self.0.grid.len())?;
+        let mut map = allocate("the map", self.0.stages.grid.len())?;
         let mut scratch = allocate("the scratch", self.scratch_len(1))?;
         self.synthesise_into(
             1,
@@ -207,11 +173,13 @@ impl Transform {
         let mut values = allocate("the coefficients", self.coefficient_count())?;
         let mut scratch = allocate("the scratch", self.scratch_len(1))?;
         self.analyse_into(1, map, &mut values, &mut scratch, Parallelism::Sequential)?;
-        Coefficients::from_vec(self.0.degree, self.0.orders, values)
+        Coefficients::from_vec(self.0.stages.degree, self.0.stages.orders, values)
     }
 
     pub(super) fn check_shape(&self, coefficients: &Coefficients) -> Result<()> {
-        if coefficients.degree() != self.0.degree || coefficients.orders() != self.0.orders {
+        if coefficients.degree() != self.0.stages.degree
+            || coefficients.orders() != self.0.stages.orders
+        {
             return Err(Error::Length {
                 what: "the coefficient set",
                 expected: self.coefficient_count(),
@@ -289,7 +257,7 @@ impl Transform {
         let mut scratch = allocate("the scratch", self.scratch_len(1))?;
         let one = Parallelism::Sequential;
         self.synthesise_adjoint_into(1, map, &mut values, &mut scratch, one)?;
-        Coefficients::from_vec(self.0.degree, self.0.orders, values)
+        Coefficients::from_vec(self.0.stages.degree, self.0.stages.orders, values)
     }
 
     /// The adjoint of [`analyse`](Self::analyse): the map that gives, summed over the grid's points
@@ -312,7 +280,7 @@ impl Transform {
     /// Those of [`synthesise`](Self::synthesise).
     pub fn analyse_adjoint(&self, coefficients: &Coefficients) -> Result<Vec<f64>> {
         self.check_shape(coefficients)?;
-        let mut map = allocate("the map", self.0.grid.len())?;
+        let mut map = allocate("the map", self.0.stages.grid.len())?;
         let mut scratch = allocate("the scratch", self.scratch_len(1))?;
         let (set, one) = (coefficients.as_slice(), Parallelism::Sequential);
         self.analyse_adjoint_into(1, set, &mut map, &mut scratch, one)?;
@@ -370,8 +338,8 @@ impl Transform {
     ) -> Result<()> {
         self.check_lengths(batch, coefficients.len(), maps.len(), scratch.len())?;
         let plan = &*self.0;
-        let scratch = aligned(scratch);
-        let parallelism = plan.worthwhile(batch, parallelism);
+        let scratch = f64::aligned(scratch);
+        let parallelism = plan.stages.worthwhile(batch, parallelism);
         inside_pool(parallelism, || {
             plan.synthesise(coefficients, maps, scratch, weighing, parallelism);
         });
@@ -379,7 +347,7 @@ impl Transform {
         // them overflows.
         if coefficients
             .iter()
-            .fold(true, |all, c| all & (c.abs() < MODERATE))
+            .fold(true, |all, c| all & (c.abs() < f64::MODERATE))
             || all_finite(maps)
         {
             Ok(())
@@ -403,8 +371,8 @@ impl Transform {
     ) -> Result<()> {
         self.check_lengths(batch, coefficients.len(), maps.len(), scratch.len())?;
         let plan = &*self.0;
-        let scratch = aligned(scratch);
-        let parallelism = plan.worthwhile(batch, parallelism);
+        let scratch = f64::aligned(scratch);
+        let parallelism = plan.stages.worthwhile(batch, parallelism);
         inside_pool(parallelism, || {
             plan.analyse(maps, coefficients, scratch, weighing, parallelism);
         });
@@ -431,7 +399,7 @@ impl Transform {
         )?;
         check_length(
             "the maps of the batch",
-            batch.saturating_mul(self.0.grid.len()),
+            batch.saturating_mul(self.0.stages.grid.len()),
             maps,
         )?;
         let needed = self.scratch_len(batch);
@@ -446,18 +414,6 @@ impl Transform {
     }
 }
 
-/// A sum of (degree + 1)² harmonics with coefficients below this is below 10²⁰⁰.
-const MODERATE: f64 = 1e150;
-
-/// What goes between the sums over azimuth and those over rings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Weighing {
-    /// Nothing: synthesis and its adjoint.
-    None,
-    /// The weights of the quadrature: analysis and its adjoint.
-    Quadrature,
-}
-
 /// How many maps share a recurrence.
 const GROUP: usize = 3;
 
@@ -466,12 +422,6 @@ const MANY: usize = 32;
 
 /// Up to this degree a group is too little work to divide among threads, so groups are.
 const SMALL_DEGREE: usize = 512;
-
-/// Below so many steps of eight rings waking another thread costs more than it saves.
-const SMALL_WORK: usize = 8000;
-
-/// How many parts a thread's share of the work has, so that threads of unequal luck end together.
-const PARTS: usize = 4;
 
 impl Plan {
     /// How many maps go together, and how many such groups there are.
@@ -488,7 +438,7 @@ impl Plan {
 
     /// Whether threads take whole groups.
     fn by_groups(&self, batch: usize) -> bool {
-        self.degree <= SMALL_DEGREE && batch >= 2 * GROUP
+        self.stages.degree <= SMALL_DEGREE && batch >= 2 * GROUP
     }
 
     /// Whether groups are of eight maps, a lane each.
@@ -496,32 +446,10 @@ impl Plan {
         self.by_groups(batch) && batch >= MANY && self.meridian.is_none() && self.own.is_none()
     }
 
-    fn worthwhile(&self, batch: usize, parallelism: Parallelism) -> Parallelism {
-        let work = self.recurrence.steps_of_all() * self.recurrence.octets.len();
-        if batch.saturating_mul(work) < SMALL_WORK {
-            Parallelism::Sequential
-        } else {
-            parallelism
-        }
-    }
-
-    /// Lines of the sums of one map between the two stages.
-    fn spectrum_len(&self) -> usize {
-        (self.orders + 1) * self.recurrence.octets.len() * 4
-    }
-
-    /// Lines that the work on one order needs.
-    fn order_len(&self, group: usize) -> usize {
-        let sums = (self.degree / 2 + 1).next_multiple_of(2).div_ceil(2) * group;
-        let columns = (2 * group * (self.degree + 1)).div_ceil(LANES);
-        let parts = self.recurrence.octets.len() * 4 * group;
-        sums + columns.max(parts)
-    }
-
     /// Lines that the analysis of orders needs beside those of one order.
     fn meridian_len(&self, group: usize) -> usize {
         self.meridian.as_ref().map_or(0, |meridian| {
-            2 * meridian.work_len() + group * self.recurrence.octets.len() * 4 * LANES
+            2 * meridian.work_len() + group * self.stages.recurrence.bundles.len() * 4 * LANES
         })
     }
 
@@ -529,7 +457,7 @@ impl Plan {
     pub(super) fn rows_len(&self) -> usize {
         2 * match &self.own {
             Some(own) => own.work_len(),
-            None => self.fft.work_len(),
+            None => return self.stages.rows_len(),
         }
     }
 
@@ -538,15 +466,15 @@ impl Plan {
             // The maps that are left over go in threes.
             return self.eight_lines().max(self.group_lines(GROUP, parts));
         }
-        group * self.spectrum_len()
-            + parts * (self.order_len(group) + self.meridian_len(group)).max(self.rows_len())
+        group * self.stages.spectrum_len()
+            + parts * (self.stages.order_len(group) + self.meridian_len(group)).max(self.rows_len())
     }
 
     fn scratch_lines(&self, batch: usize) -> usize {
         let (group, groups) = self.groups(batch);
-        let parts = PARTS * self.workers;
+        let parts = PARTS * self.stages.workers;
         if self.by_groups(batch) {
-            self.workers.min(groups) * self.group_lines(group, 1)
+            self.stages.workers.min(groups) * self.group_lines(group, 1)
         } else {
             self.group_lines(group, parts)
         }
@@ -562,8 +490,8 @@ impl Plan {
         weighing: Weighing,
         parallelism: Parallelism,
     ) {
-        let size = self.grid.len();
-        let count = coefficient_count(self.degree, self.orders);
+        let size = self.stages.grid.len();
+        let count = coefficient_count(self.stages.degree, self.stages.orders);
         let batch = sets.len() / count;
         let (group, groups) = self.groups(batch);
         let maps = Chunks {
@@ -617,24 +545,24 @@ impl Plan {
         weighing: Weighing,
         parallelism: Parallelism,
     ) {
-        let octets = self.recurrence.octets.len();
-        let orders = self.orders + 1;
-        let (spectra, scratch) = scratch.split_at_mut(MAPS * self.spectrum_len());
+        let bundles = self.stages.recurrence.bundles.len();
+        let orders = self.stages.orders + 1;
+        let (spectra, scratch) = scratch.split_at_mut(MAPS * self.stages.spectrum_len());
         let spectra: &mut [Quad] = spectra.as_chunks_mut().0;
-        // Order by order: coefficients to the cosine and sine sums of every ring, [m][map][octet].
+        // Order by order: coefficients to the cosine and sine sums of every ring, [m][map][bundle].
         divided(
             parallelism,
             0..orders,
             Chunks {
                 values: &mut *spectra,
-                length: MAPS * octets,
+                length: MAPS * bundles,
             },
             scratch,
-            self.order_len(MAPS),
+            self.stages.order_len(MAPS),
             &|orders, spectra, scratch| {
-                wide!(self.level, simd => {
-                    for (m, out) in orders.zip(spectra.values.chunks_exact_mut(MAPS * octets)) {
-                        self.synthesise_order::<_, MAPS>(simd, m, sets, out, scratch);
+                wide!(self.stages.level, simd => {
+                    for (m, out) in orders.zip(spectra.values.chunks_exact_mut(MAPS * bundles)) {
+                        self.stages.synthesise_order::<_, MAPS>(simd, m, sets, out, scratch);
                     }
                 });
             },
@@ -644,23 +572,23 @@ impl Plan {
         }
         // Sixteen rings after another: those sums to samples.
         let spectra = &*spectra;
-        for (index, map) in maps.chunks_exact_mut(self.grid.len()).enumerate() {
+        for (index, map) in maps.chunks_exact_mut(self.stages.grid.len()).enumerate() {
             divided(
                 parallelism,
-                0..octets,
-                Octets::new(map, &self.starts),
+                0..bundles,
+                Bundles::new(map, &self.stages.starts),
                 scratch,
                 self.rows_len(),
                 &|range, rows, scratch| {
-                    wide!(self.level, simd => {
-                        for (octet, rows) in range.zip(rows) {
-                            let sums = &spectra[index * octets + octet..];
-                            let stride = MAPS * octets;
+                    wide!(self.stages.level, simd => {
+                        for (bundle, rows) in range.zip(rows) {
+                            let sums = &spectra[index * bundles + bundle..];
+                            let stride = MAPS * bundles;
                             if let Some(own) = &self.own {
                                 let sums = (sums, stride, orders);
-                                own.synthesise(simd, octet, sums, rows, scratch);
+                                own.synthesise(simd, bundle, sums, rows, scratch);
                             } else {
-                                self.synthesise_rows(simd, sums, stride, rows, scratch);
+                                self.stages.synthesise_rows(simd, sums, stride, rows, scratch);
                             }
                         }
                     });
@@ -669,7 +597,7 @@ impl Plan {
         }
     }
 
-    /// The quadrature's weights on the sums of every ring, [m][map][octet]: the adjoint of what
+    /// The quadrature's weights on the sums of every ring, [m][map][bundle]: the adjoint of what
     /// analysis does to them, and the same, for the weights are a diagonal and what goes along
     /// meridians is symmetric on their circle.
     fn weigh_sums<const MAPS: usize>(
@@ -678,19 +606,19 @@ impl Plan {
         scratch: &mut [Lanes],
         parallelism: Parallelism,
     ) {
-        let octets = self.recurrence.octets.len();
-        let eight = LANES * MAPS * octets;
+        let bundles = self.stages.recurrence.bundles.len();
+        let eight = LANES * MAPS * bundles;
         divided(
             parallelism,
-            0..(self.orders + 1).div_ceil(LANES),
+            0..(self.stages.orders + 1).div_ceil(LANES),
             Chunks {
                 values: sums,
                 length: eight,
             },
             scratch,
-            self.order_len(MAPS) + self.meridian_len(MAPS.max(2)),
+            self.stages.order_len(MAPS) + self.meridian_len(MAPS.max(2)),
             &|range, sums, scratch| {
-                wide!(self.level, simd => {
+                wide!(self.stages.level, simd => {
                     for (index, sums) in range.zip(sums.values.chunks_mut(eight)) {
                         self.weigh_eight_orders::<_, MAPS>(simd, index * LANES, sums, scratch);
                     }
@@ -708,134 +636,33 @@ impl Plan {
         sums: &mut [Quad],
         scratch: &mut [Lanes],
     ) {
-        let octets = self.recurrence.octets.len();
-        let orders = sums.len() / (MAPS * octets);
+        let bundles = self.stages.recurrence.bundles.len();
+        let orders = sums.len() / (MAPS * bundles);
         if let Some(meridian) = &self.meridian {
             let (buffer, rest) = scratch.split_at_mut(2 * meridian.work_len());
             let buffer: &mut [Element] = buffer.as_chunks_mut().0;
             let rest: &mut [Quad] = rest.as_chunks_mut().0;
-            let (by_octet, projected) = rest.split_at_mut(octets * LANES);
-            let projected = &mut projected[..octets * LANES];
+            let (by_bundle, projected) = rest.split_at_mut(bundles * LANES);
+            let projected = &mut projected[..bundles * LANES];
             for map in 0..MAPS {
-                let at = |i: usize, octet: usize| (i * MAPS + map) * octets + octet;
-                for octet in 0..octets {
+                let at = |i: usize, bundle: usize| (i * MAPS + map) * bundles + bundle;
+                for bundle in 0..bundles {
                     for i in 0..orders {
-                        by_octet[octet * LANES + i] = sums[at(i, octet)];
+                        by_bundle[bundle * LANES + i] = sums[at(i, bundle)];
                     }
                 }
-                meridian.project(simd, first, orders, (by_octet, LANES), projected, buffer);
-                for octet in 0..octets {
+                meridian.project(simd, first, orders, (by_bundle, LANES), projected, buffer);
+                for bundle in 0..bundles {
                     for i in 0..orders {
-                        sums[at(i, octet)] = projected[octet * LANES + i];
+                        sums[at(i, bundle)] = projected[bundle * LANES + i];
                     }
                 }
             }
         }
         for (index, quad) in sums.iter_mut().enumerate() {
-            let weights = f64x8::load_array_ref(simd, &self.weights[index % octets]);
+            let weights = f64x8::load_array_ref(simd, &self.stages.weights[index % bundles]);
             for part in quad {
                 (weights * f64x8::load_array_ref(simd, part)).store_array(part);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn synthesise_order<S: Simd, const MAPS: usize>(
-        &self,
-        simd: S,
-        m: usize,
-        sets: &[f64],
-        out: &mut [Quad],
-        slot: &mut [Lanes],
-    ) {
-        let steps = self.recurrence.steps(m).len();
-        let set_len = sets.len() / MAPS;
-        let start = column_start(self.degree, m);
-        let count = self.degree + 1 - m;
-        let used = if m == 0 { count } else { 2 * count };
-        let (sums, columns) = slot.split_at_mut((MAPS * steps).div_ceil(2));
-        let mut columns = columns.as_flattened_mut();
-        let columns = std::array::from_fn(|map| {
-            let column = &sets[map * set_len + start..][..used];
-            // Columns are read backwards. Several sets lie beyond the nearest cache, from where a
-            // copy forwards, which processors foresee, brings them faster; order 0 gets the sines
-            // that it lacks.
-            if MAPS == 1 && m > 0 {
-                return column;
-            }
-            let copy = columns.split_off_mut(..2 * count).unwrap_or_default();
-            copy[..used].copy_from_slice(column);
-            copy[used..].fill(0.0);
-            copy
-        });
-        let sums = &mut sums.as_flattened_mut().as_chunks_mut().0.as_chunks_mut().0[..steps];
-        self.recurrence.prepare::<MAPS>(m, &columns, sums);
-        let octets = out.len() / MAPS;
-        let mut rest = out;
-        let mut out: [&mut [Quad]; MAPS] =
-            std::array::from_fn(|_| rest.split_off_mut(..octets).unwrap_or_default());
-        match &self.table {
-            Some(table) => table.synthesise(simd, &self.recurrence, m, sums, &mut out),
-            None => kernel::synthesise(simd, &self.recurrence, m, sums, &mut out),
-        }
-    }
-
-    /// Eight northern rows and their mirror images from their sums; `sums[m · stride]` is order
-    /// m's.
-    #[inline(always)]
-    pub(super) fn synthesise_rows<S: Simd>(
-        &self,
-        simd: S,
-        sums: &[Quad],
-        stride: usize,
-        rows: Rows<&mut [f64]>,
-        slot: &mut [Lanes],
-    ) {
-        let columns = self.grid.columns();
-        let buffer: &mut [Element] = slot.as_chunks_mut().0;
-        let zero = [[0.0; LANES]; 2];
-        for k in self.orders + 1..columns - self.orders {
-            buffer[self.fft.position(k)] = zero;
-        }
-        let sign = f64x8::splat(simd, if self.grid.is_descending() { -1.0 } else { 1.0 });
-        for (m, (sums, phase)) in sums.iter().step_by(stride).zip(&self.phases).enumerate() {
-            let [nc, ns, sc, ss] = load_quad(simd, sums);
-            let (c, s) = (f64x8::splat(simd, phase[0]), f64x8::splat(simd, phase[1]));
-            // (cosine − i sine) e^(i m φ₀)/2
-            let (nr, ni) = (nc.mul_add(c, ns * s), sign * nc.mul_sub(s, ns * c));
-            let (sr, si) = (sc.mul_add(c, ss * s), sign * sc.mul_sub(s, ss * c));
-            let element = &mut buffer[self.fft.position(m)];
-            (nr - si).store_array(&mut element[0]);
-            (ni + sr).store_array(&mut element[1]);
-            if m > 0 {
-                let element = &mut buffer[self.fft.position(columns - m)];
-                (nr + si).store_array(&mut element[0]);
-                (sr - ni).store_array(&mut element[1]);
-            }
-        }
-        self.fft.inverse(simd, buffer);
-        for (part, mut rows) in rows.into_iter().enumerate() {
-            let mut chunks = buffer[..columns].chunks_exact(LANES);
-            let mut column = 0;
-            for chunk in &mut chunks {
-                let mut lanes = [sign; LANES];
-                for (lane, element) in lanes.iter_mut().zip(chunk) {
-                    *lane = f64x8::load_array_ref(simd, &element[part]);
-                }
-                for (row, values) in rows.iter_mut().zip(transpose(lanes)) {
-                    if let Some(out) = row.get_mut(column..).and_then(<[f64]>::first_chunk_mut) {
-                        values.store_array(out);
-                    }
-                }
-                column += LANES;
-            }
-            for element in chunks.remainder() {
-                for (row, value) in rows.iter_mut().zip(element[part]) {
-                    if let Some(out) = row.get_mut(column) {
-                        *out = value;
-                    }
-                }
-                column += 1;
             }
         }
     }
@@ -849,8 +676,8 @@ impl Plan {
         weighing: Weighing,
         parallelism: Parallelism,
     ) {
-        let size = self.grid.len();
-        let count = coefficient_count(self.degree, self.orders);
+        let size = self.stages.grid.len();
+        let count = coefficient_count(self.stages.degree, self.stages.orders);
         let batch = sets.len() / count;
         let (group, groups) = self.groups(batch);
         let sets = Chunks {
@@ -904,14 +731,14 @@ impl Plan {
         weighing: Weighing,
         parallelism: Parallelism,
     ) {
-        let octets = self.recurrence.octets.len();
-        let orders = self.orders + 1;
-        let (spectra, scratch) = scratch.split_at_mut(MAPS * self.spectrum_len());
+        let bundles = self.stages.recurrence.bundles.len();
+        let orders = self.stages.orders + 1;
+        let (spectra, scratch) = scratch.split_at_mut(MAPS * self.stages.spectrum_len());
         let spectra: &mut [Quad] = spectra.as_chunks_mut().0;
-        // Sixteen rings after another: samples to cosine and sine sums, [map][octet][m].
+        // Sixteen rings after another: samples to cosine and sine sums, [map][bundle][m].
         divided(
             parallelism,
-            0..MAPS * octets,
+            0..MAPS * bundles,
             Chunks {
                 values: &mut *spectra,
                 length: orders,
@@ -919,15 +746,15 @@ impl Plan {
             scratch,
             self.rows_len(),
             &|range, spectra, scratch| {
-                wide!(self.level, simd => {
+                wide!(self.stages.level, simd => {
                     for (index, out) in range.zip(spectra.values.chunks_exact_mut(orders)) {
-                        let (map, octet) = (index / octets, index % octets);
-                        let map = &maps[map * self.grid.len()..][..self.grid.len()];
-                        let rows = self.rows_of(octet, map);
+                        let (map, bundle) = (index / bundles, index % bundles);
+                        let map = &maps[map * self.stages.grid.len()..][..self.stages.grid.len()];
+                        let rows = self.stages.rows_of(bundle, map);
                         if let Some(own) = &self.own {
-                            own.analyse(simd, octet, rows, out, scratch);
+                            own.analyse(simd, bundle, rows, out, scratch);
                         } else {
-                            self.analyse_rows(simd, rows, out, scratch);
+                            self.stages.analyse_rows(simd, rows, out, scratch);
                         }
                     }
                 });
@@ -940,109 +767,39 @@ impl Plan {
         divided(
             parallelism,
             0..orders,
-            Orders::<MAPS> {
+            Orders::<_, MAPS> {
                 sets,
                 first: 0,
-                degree: self.degree,
+                degree: self.stages.degree,
             },
             scratch,
-            self.order_len(MAPS) + self.meridian_len(MAPS),
+            self.stages.order_len(MAPS) + self.meridian_len(MAPS),
             &|range, columns, scratch| {
-                wide!(self.level, simd => self.analyse_orders::<_, MAPS>(simd, range, columns, spectra, scratch, weighing));
+                wide!(self.stages.level, simd => self.analyse_orders::<_, MAPS>(simd, range, columns, spectra, scratch, weighing));
             },
         );
     }
 
-    /// The rows of an octet.
-    fn rows_of<'a>(&self, octet: usize, map: &'a [f64]) -> Rows<&'a [f64]> {
-        let rings = self.grid.rings();
-        let row = |row: usize| &map[self.starts[row]..self.starts[row + 1]];
-        let ring = |lane: usize| octet * LANES + lane;
-        [
-            std::array::from_fn(|lane| match ring(lane) {
-                ring if ring < rings.div_ceil(2) => row(ring),
-                _ => &[],
-            }),
-            std::array::from_fn(|lane| match ring(lane) {
-                ring if ring < rings / 2 => row(rings - 1 - ring),
-                _ => &[],
-            }),
-        ]
-    }
-
-    /// Eight northern rows and their mirror images to their sums over azimuth, `out[m]`.
-    #[inline(always)]
-    pub(super) fn analyse_rows<S: Simd>(
-        &self,
-        simd: S,
-        rows: Rows<&[f64]>,
-        out: &mut [Quad],
-        slot: &mut [Lanes],
-    ) {
-        let columns = self.grid.columns();
-        let buffer: &mut [Element] = slot.as_chunks_mut().0;
-        for (part, rows) in rows.iter().enumerate() {
-            let mut chunks = buffer[..columns].chunks_exact_mut(LANES);
-            let mut column = 0;
-            for chunk in &mut chunks {
-                let mut lanes = [f64x8::splat(simd, 0.0); LANES];
-                for (lane, row) in lanes.iter_mut().zip(rows) {
-                    if let Some(values) = row.get(column..).and_then(<[f64]>::first_chunk) {
-                        *lane = f64x8::load_array_ref(simd, values);
-                    }
-                }
-                for (element, values) in chunk.iter_mut().zip(transpose(lanes)) {
-                    values.store_array(&mut element[part]);
-                }
-                column += LANES;
-            }
-            for element in chunks.into_remainder() {
-                element[part] = rows.map(|row| row.get(column).copied().unwrap_or(0.0));
-                column += 1;
-            }
-        }
-        self.fft.forward(simd, buffer);
-        let sign = f64x8::splat(simd, if self.grid.is_descending() { -1.0 } else { 1.0 });
-        for (m, (out, phase)) in out.iter_mut().zip(&self.phases).enumerate() {
-            let load =
-                |k: usize| buffer[self.fft.position(k)].map(|part| f64x8::load_array(simd, part));
-            let [ar, ai] = load(m);
-            let [br, bi] = load((columns - m) % columns);
-            // The two rings' spectra, doubled; for m > 0 the phase holds the half.
-            let (nr, ni) = (ar + br, sign * (ai - bi));
-            let (sr, si) = (ai + bi, sign * (br - ar));
-            let half = if m == 0 { 0.5 } else { 1.0 };
-            let (c, s) = (
-                f64x8::splat(simd, half * phase[0]),
-                f64x8::splat(simd, half * phase[1]),
-            );
-            // times e^(−i m φ₀): cosine − i sine
-            nr.mul_add(c, ni * s).store_array(&mut out[0]);
-            nr.mul_sub(s, ni * c).store_array(&mut out[1]);
-            sr.mul_add(c, si * s).store_array(&mut out[2]);
-            sr.mul_sub(s, si * c).store_array(&mut out[3]);
-        }
-    }
-
-    /// Some orders of the coefficients from the sums of all rings, `spectra[(map · octets + octet)
+    /// Some orders of the coefficients from the sums of all rings, `spectra[(map · bundles + bundle)
     /// · orders + m]`.
     #[inline(always)]
     fn analyse_orders<S: Simd, const MAPS: usize>(
         &self,
         simd: S,
         range: Range<usize>,
-        columns: Orders<'_, MAPS>,
+        columns: Orders<'_, f64, MAPS>,
         spectra: &[Quad],
         scratch: &mut [Lanes],
         weighing: Weighing,
     ) {
-        let (orders, octets) = (self.orders + 1, self.recurrence.octets.len());
-        let (scratch, rest) = scratch.split_at_mut(self.order_len(MAPS));
+        let (orders, bundles) = (self.stages.orders + 1, self.stages.recurrence.bundles.len());
+        let (scratch, rest) = scratch.split_at_mut(self.stages.order_len(MAPS));
         let meridian = self.meridian.as_ref();
         let Some(meridian) = meridian.filter(|_| weighing == Weighing::Quadrature) else {
             for (m, columns) in range.zip(columns) {
                 let spectra = (&spectra[m..], orders);
-                self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch, weighing);
+                self.stages
+                    .analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch, weighing);
             }
             return;
         };
@@ -1058,80 +815,27 @@ impl Plan {
                         simd,
                         m,
                         LANES.min(range.end - m),
-                        (&spectra[map * octets * orders + m..], orders),
-                        &mut projected[map * octets * LANES..][..octets * LANES],
+                        (&spectra[map * bundles * orders + m..], orders),
+                        &mut projected[map * bundles * LANES..][..bundles * LANES],
                         buffer,
                     );
                 }
             }
             let spectra = (&projected[lane..], LANES);
-            self.analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch, weighing);
+            self.stages
+                .analyse_order::<_, MAPS>(simd, m, spectra, columns, scratch, weighing);
         }
     }
-
-    /// Order m of the coefficients from its sums, `spectra[(map · octets + octet) · stride]`.
-    #[inline(always)]
-    fn analyse_order<S: Simd, const MAPS: usize>(
-        &self,
-        simd: S,
-        m: usize,
-        (spectra, stride): (&[Quad], usize),
-        columns: [&mut [f64]; MAPS],
-        slot: &mut [Lanes],
-        weighing: Weighing,
-    ) {
-        let octets = self.recurrence.octets.len();
-        let steps = self.recurrence.steps(m).len();
-        let (parts, sums) = slot.split_at_mut(MAPS * octets * 4);
-        let parts: &mut [Quad] = parts.as_chunks_mut().0;
-        let sums = &mut sums[..MAPS * steps / 2];
-        sums.fill([0.0; LANES]);
-        for (index, (parts, sums)) in parts
-            .iter_mut()
-            .zip(spectra.iter().step_by(stride))
-            .enumerate()
-        {
-            let octet = index % octets;
-            let w = match weighing {
-                Weighing::Quadrature => f64x8::load_array_ref(simd, &self.weights[octet]),
-                Weighing::None => f64x8::splat(simd, 1.0),
-            };
-            let wx = w * f64x8::load_array_ref(simd, &self.recurrence.octets[octet].x);
-            let [nc, ns, sc, ss] = load_quad(simd, sums);
-            ((nc + sc) * w).store_array(&mut parts[0]);
-            ((ns + ss) * w).store_array(&mut parts[1]);
-            ((nc - sc) * wx).store_array(&mut parts[2]);
-            ((ns - ss) * wx).store_array(&mut parts[3]);
-        }
-        let parts: [&[Quad]; MAPS] =
-            std::array::from_fn(|map| &parts[map * octets..(map + 1) * octets]);
-        let sums: &mut [[Lanes; MAPS]] = sums.as_chunks_mut().0;
-        match &self.table {
-            Some(table) => table.analyse(simd, &self.recurrence, m, &parts, sums),
-            None => kernel::analyse(simd, &self.recurrence, m, &parts, sums),
-        }
-        self.recurrence.finish::<MAPS>(m, sums, columns);
-    }
-}
-
-#[inline(always)]
-pub(super) fn load_quad<S: Simd>(simd: S, quad: &Quad) -> [f64x8<S>; 4] {
-    [
-        f64x8::load_array_ref(simd, &quad[0]),
-        f64x8::load_array_ref(simd, &quad[1]),
-        f64x8::load_array_ref(simd, &quad[2]),
-        f64x8::load_array_ref(simd, &quad[3]),
-    ]
 }
 
 impl std::fmt::Debug for Transform {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Transform")
-            .field("latitudes", &self.0.grid.latitudes())
-            .field("rings", &self.0.grid.rings())
-            .field("columns", &self.0.grid.columns())
-            .field("degree", &self.0.degree)
-            .field("orders", &self.0.orders)
+            .field("latitudes", &self.0.stages.grid.latitudes())
+            .field("rings", &self.0.stages.grid.rings())
+            .field("columns", &self.0.stages.grid.columns())
+            .field("degree", &self.0.stages.degree)
+            .field("orders", &self.0.stages.orders)
             .finish()
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::recurrence::{LANES, Lanes};
+use super::lane::Lane;
 use crate::Parallelism;
 use crate::cancellation::cancellable;
 
@@ -14,13 +14,13 @@ pub(crate) trait Divide: Send + Sized {
 
 /// Runs `f(items, piece, scratch)` on parts of `items`, each with its own `share` of the scratch:
 /// as many parts as there are shares, or one on the caller's thread. Allocates nothing.
-pub(crate) fn divided<P: Divide>(
+pub(crate) fn divided<P: Divide, T: Send>(
     parallelism: Parallelism,
     items: Range<usize>,
     piece: P,
-    scratch: &mut [Lanes],
+    scratch: &mut [T],
     share: usize,
-    f: &(impl Fn(Range<usize>, P, &mut [Lanes]) + Sync),
+    f: &(impl Fn(Range<usize>, P, &mut [T]) + Sync),
 ) {
     if parallelism.threads() > 1 && items.len() > 1 && scratch.len() >= 2 * share {
         let middle = items.start + items.len() / 2;
@@ -56,12 +56,6 @@ pub(crate) fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
     b();
 }
 
-/// The part of scratch that begins at a cache line, by lines.
-pub(crate) fn aligned(scratch: &mut [f64]) -> &mut [Lanes] {
-    let offset = scratch.as_ptr().align_offset(64).min(scratch.len());
-    scratch[offset..].as_chunks_mut().0
-}
-
 /// Items of one length each, one after the other.
 pub(crate) struct Chunks<'a, T> {
     pub(crate) values: &'a mut [T],
@@ -80,21 +74,21 @@ impl<T: Send> Divide for Chunks<'_, T> {
 }
 
 /// Northern rows by lane, and their mirror images; empty where a lane has none.
-pub(crate) type Rows<T> = [[T; LANES]; 2];
+pub(crate) type Rows<R, T> = [<R as Lane>::Each<T>; 2];
 
-/// Eight rows of a map and their mirror images each. The southern rows go from north to south; the
+/// As many rows of a map as there are lanes, and their mirror images, each. The southern rows go from north to south; the
 /// equator of an odd number of rings is a northern row.
-pub(crate) struct Octets<'a> {
-    north: &'a mut [f64],
-    south: &'a mut [f64],
+pub(crate) struct Bundles<'a, R> {
+    north: &'a mut [R],
+    south: &'a mut [R],
     /// Where each ring of the whole map begins, and where the last one ends.
     starts: &'a [usize],
     /// The ring of the first row that is left.
     first: usize,
 }
 
-impl<'a> Octets<'a> {
-    pub(crate) fn new(map: &'a mut [f64], starts: &'a [usize]) -> Self {
+impl<'a, R: Lane> Bundles<'a, R> {
+    pub(crate) fn new(map: &'a mut [R], starts: &'a [usize]) -> Self {
         let (north, south) = map.split_at_mut(starts[(starts.len() - 1).div_ceil(2)]);
         Self {
             north,
@@ -113,16 +107,16 @@ impl<'a> Octets<'a> {
     }
 }
 
-impl<'a> Iterator for Octets<'a> {
-    type Item = Rows<&'a mut [f64]>;
+impl<'a, R: Lane> Iterator for Bundles<'a, R> {
+    type Item = Rows<R, &'a mut [R]>;
 
-    /// The rows of the next octet.
+    /// The rows of the next bundle.
     fn next(&mut self) -> Option<Self::Item> {
         if self.north.is_empty() {
             return None;
         }
         let first = self.first;
-        self.first += LANES;
+        self.first += R::LANES;
         let mut row = |lane: usize, southern: bool| {
             let (north, south) = self.lengths(first + lane, first + lane + 1);
             let row = if southern {
@@ -133,15 +127,15 @@ impl<'a> Iterator for Octets<'a> {
             row.unwrap_or_default()
         };
         Some([
-            std::array::from_fn(|lane| row(lane, false)),
-            std::array::from_fn(|lane| row(lane, true)),
+            R::each(|lane| row(lane, false)),
+            R::each(|lane| row(lane, true)),
         ])
     }
 }
 
-impl Divide for Octets<'_> {
+impl<R: Lane> Divide for Bundles<'_, R> {
     fn divide(self, items: usize) -> (Self, Self) {
-        let middle = self.first + items * LANES;
+        let middle = self.first + items * R::LANES;
         let (north, south) = self.lengths(self.first, middle);
         let (first, starts) = (self.first, self.starts);
         let (north, rest) = self.north.split_at_mut(north);
@@ -157,22 +151,22 @@ impl Divide for Octets<'_> {
 }
 
 /// The columns of consecutive orders, of several coefficient sets.
-pub(crate) struct Orders<'a, const MAPS: usize> {
-    pub(crate) sets: [&'a mut [f64]; MAPS],
+pub(crate) struct Orders<'a, T, const MAPS: usize> {
+    pub(crate) sets: [&'a mut [T]; MAPS],
     /// The order of the first columns.
     pub(crate) first: usize,
     pub(crate) degree: usize,
 }
 
-impl<const MAPS: usize> Orders<'_, MAPS> {
+impl<T, const MAPS: usize> Orders<'_, T, MAPS> {
     /// How long the columns of order m are together.
     fn length(degree: usize, m: usize) -> usize {
         (degree + 1 - m) * if m == 0 { 1 } else { 2 }
     }
 }
 
-impl<'a, const MAPS: usize> Iterator for Orders<'a, MAPS> {
-    type Item = [&'a mut [f64]; MAPS];
+impl<'a, T, const MAPS: usize> Iterator for Orders<'a, T, MAPS> {
+    type Item = [&'a mut [T]; MAPS];
 
     /// The columns of the next order.
     fn next(&mut self) -> Option<Self::Item> {
@@ -186,7 +180,7 @@ impl<'a, const MAPS: usize> Iterator for Orders<'a, MAPS> {
     }
 }
 
-impl<const MAPS: usize> Divide for Orders<'_, MAPS> {
+impl<T: Send, const MAPS: usize> Divide for Orders<'_, T, MAPS> {
     fn divide(mut self, items: usize) -> (Self, Self) {
         let (first, degree) = (self.first, self.degree);
         let length = (first..first + items)

@@ -16,6 +16,7 @@ mod harmonics_healpix;
 mod harmonics_masks;
 mod harmonics_partial;
 mod harmonics_scattered;
+mod harmonics_single;
 mod harmonics_splat;
 mod harmonics_wigner;
 mod illumination;

@@ -4,7 +4,8 @@ use lobes::Parallelism;
 use lobes::features::{Modes, RingLayout};
 use lobes::glam::{DQuat, DVec3};
 use lobes::harmonics::{
-    Basis, Coefficients, Rotation, ScatteredTransform, SplatBasis, SplatRotation, Transform,
+    Basis, Coefficients, Rotation, ScatteredTransform, SingleTransform, SplatBasis, SplatRotation,
+    Transform,
 };
 use lobes::illumination::{EnvironmentMap, LightSpectrum};
 use lobes::inference::{
@@ -43,6 +44,34 @@ fn check(name: &str, compute: impl Fn(Parallelism) -> Vec<f64> + Sync) {
             .unwrap();
         let together = bits(pool.install(|| compute(Parallelism::Rayon)));
         assert!(alone == together, "{name} on {threads} threads");
+    }
+}
+
+#[test]
+fn single_transforms() {
+    for degree in [63, 700] {
+        let grid = Grid::gauss_legendre(degree + 1, 2 * degree + 2).unwrap();
+        let transform = SingleTransform::new(&grid, degree).unwrap();
+        let singles = |values: Vec<f64>| values.iter().map(|&v| v as f32).collect::<Vec<_>>();
+        let doubles = |values: Vec<f32>| values.iter().map(|&v| f64::from(v)).collect();
+        let set = singles(noise(transform.coefficient_count(), 1));
+        let map = singles(noise(grid.len(), 2));
+        check(&format!("synthesis in f32 to {degree}"), |threads| {
+            let mut out = vec![0.0; map.len()];
+            let mut scratch = vec![0.0; transform.scratch_len()];
+            transform
+                .synthesise_into(&set, &mut out, &mut scratch, threads)
+                .unwrap();
+            doubles(out)
+        });
+        check(&format!("analysis in f32 to {degree}"), |threads| {
+            let mut out = vec![0.0; set.len()];
+            let mut scratch = vec![0.0; transform.scratch_len()];
+            transform
+                .analyse_into(&map, &mut out, &mut scratch, threads)
+                .unwrap();
+            doubles(out)
+        });
     }
 }
 
