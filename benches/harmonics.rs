@@ -12,7 +12,8 @@ use criterion::{BenchmarkId, Criterion};
 use lobes::Parallelism;
 use lobes::glam::{DQuat, DVec3};
 use lobes::harmonics::{
-    Basis, Coefficients, Rotation, ScatteredTransform, SplatBasis, SplatRotation, Transform,
+    Basis, Coefficients, Rotation, ScatteredTransform, SingleTransform, SplatBasis, SplatRotation,
+    Transform,
 };
 use lobes::sphere::Grid;
 
@@ -47,9 +48,11 @@ fn samples(values: &[f64]) -> [f64; 4] {
     std::array::from_fn(|i| values[(i + 1) * values.len() / 5])
 }
 
-const OPERATIONS: [&str; 13] = [
+const OPERATIONS: [&str; 15] = [
     "synthesis",
     "analysis",
+    "single-synthesis",
+    "single-analysis",
     "rotation",
     "values",
     "gradients",
@@ -95,6 +98,33 @@ fn operation(
                     transform
                         .analyse_into(batch, &maps, &mut sets, &mut scratch, parallelism)
                         .map(|()| samples(&sets))
+                })
+            }
+        }
+        "single-synthesis" | "single-analysis" => {
+            let grid = Grid::gauss_legendre(degree + 1, 2 * degree + 2)?;
+            let transform = SingleTransform::new(&grid, degree)?;
+            let mut set: Vec<f32> = numbers(1, count)
+                .iter()
+                .map(|&value| value as f32)
+                .collect();
+            let mut map = vec![0.0; grid.len()];
+            let mut scratch = vec![0.0; transform.scratch_len()];
+            transform.synthesise_into(&set, &mut map, &mut scratch, parallelism)?;
+            let shown = |values: &[f32]| {
+                std::array::from_fn(|i| f64::from(values[(i + 1) * values.len() / 5]))
+            };
+            if name == "single-synthesis" {
+                Box::new(move || {
+                    transform
+                        .synthesise_into(&set, &mut map, &mut scratch, parallelism)
+                        .map(|()| shown(&map))
+                })
+            } else {
+                Box::new(move || {
+                    transform
+                        .analyse_into(&map, &mut set, &mut scratch, parallelism)
+                        .map(|()| shown(&set))
                 })
             }
         }
@@ -222,6 +252,8 @@ fn benchmark(criterion: &mut Criterion) {
     for (name, degrees) in [
         ("synthesis", &[63, 255, 1023][..]),
         ("analysis", &[63, 255, 1023]),
+        ("single-synthesis", &[63, 255, 1023]),
+        ("single-analysis", &[63, 255, 1023]),
         ("rotation", &[64, 256]),
     ] {
         let mut group = criterion.benchmark_group(name);
@@ -243,7 +275,7 @@ fn benchmark(criterion: &mut Criterion) {
     group.finish();
     let mut group = criterion.benchmark_group("a million directions, degree 255");
     group.sample_size(10);
-    for name in &OPERATIONS[7..] {
+    for name in &OPERATIONS[9..] {
         if let Ok(mut run) = operation(name, 255, 1_000_000, Parallelism::Sequential) {
             group.bench_function(*name, |b| b.iter(&mut run));
         }

@@ -69,7 +69,7 @@ pub(crate) fn singles<'py>(
     object: &Bound<'py, PyAny>,
     what: &str,
 ) -> PyResult<PyReadonlyArrayDyn<'py, f32>> {
-    array(object, what, "f", "real numbers")
+    array(object, what, "fiub", "real numbers")
 }
 
 /// As [`doubles`], of complex numbers.

@@ -28,6 +28,46 @@ fn at_a_time(cost: usize, threads: Parallelism) -> usize {
     (BETWEEN_LOOKS * threads.threads() / cost.max(1)).max(1)
 }
 
+/// A grid by its name.
+fn named_grid(
+    grid: &str,
+    rings: usize,
+    columns: usize,
+    first_azimuth: Option<f64>,
+    descending: bool,
+) -> PyResult<Grid> {
+    if first_azimuth.is_some_and(|azimuth| !azimuth.is_finite()) {
+        return Err(PyValueError::new_err("first_azimuth is not finite"));
+    }
+    let mut grid = match grid {
+        "gauss-legendre" => Grid::gauss_legendre(rings, columns),
+        "clenshaw-curtis" => Grid::clenshaw_curtis(rings, columns),
+        "fejer" => Grid::fejer(rings, columns),
+        "lat-long" => Grid::lat_long(rings, columns),
+        "healpix" if columns.is_multiple_of(4) && rings.checked_add(1) == Some(columns) => {
+            Grid::healpix(columns / 4)
+        }
+        "healpix" => {
+            return Err(PyValueError::new_err(format!(
+                "HEALPix has 4 nside - 1 rings and at most 4 nside columns, not {rings} and {columns}; use Transform.healpix"
+            )));
+        }
+        other => {
+            return Err(PyValueError::new_err(format!(
+                "there is no grid {other:?}; there are gauss-legendre, clenshaw-curtis, fejer, lat-long and healpix"
+            )));
+        }
+    }
+    .map_err(error)?;
+    if let Some(azimuth) = first_azimuth {
+        grid = grid.with_first_azimuth(azimuth);
+    }
+    if descending {
+        grid = grid.descending();
+    }
+    Ok(grid)
+}
+
 /// A plan for analysis and synthesis on one grid, to one degree.
 ///
 /// Parameters
@@ -192,37 +232,9 @@ impl Transform {
         first_azimuth: Option<f64>,
         descending: bool,
     ) -> PyResult<Self> {
-        if first_azimuth.is_some_and(|azimuth| !azimuth.is_finite()) {
-            return Err(PyValueError::new_err("first_azimuth is not finite"));
-        }
         let name = grid.to_owned();
         let transform = py.detach(|| {
-            let mut grid = match grid {
-                "gauss-legendre" => Grid::gauss_legendre(rings, columns),
-                "clenshaw-curtis" => Grid::clenshaw_curtis(rings, columns),
-                "fejer" => Grid::fejer(rings, columns),
-                "lat-long" => Grid::lat_long(rings, columns),
-                "healpix" if columns.is_multiple_of(4) && rings.checked_add(1) == Some(columns) => {
-                    Grid::healpix(columns / 4)
-                }
-                "healpix" => {
-                    return Err(PyValueError::new_err(format!(
-                        "HEALPix has 4 nside - 1 rings and at most 4 nside columns, not {rings} and {columns}; use Transform.healpix"
-                    )));
-                }
-                other => {
-                    return Err(PyValueError::new_err(format!(
-                        "there is no grid {other:?}; there are gauss-legendre, clenshaw-curtis, fejer, lat-long and healpix"
-                    )));
-                }
-            }
-            .map_err(error)?;
-            if let Some(azimuth) = first_azimuth {
-                grid = grid.with_first_azimuth(azimuth);
-            }
-            if descending {
-                grid = grid.descending();
-            }
+            let grid = named_grid(grid, rings, columns, first_azimuth, descending)?;
             harmonics::Transform::with_orders(&grid, degree, orders.unwrap_or(degree))
                 .map_err(error)
         })?;
@@ -763,6 +775,258 @@ fn one_map(before: &[usize]) -> PyResult<()> {
         Err(PyValueError::new_err(
             "there are several maps where one is needed",
         ))
+    }
+}
+
+/// `Transform` in single precision: half the memory a value, and faster, with an error below
+/// 1.3e-6 of the root mean square to degree 511 and below 6e-6 at 4095.
+///
+/// Parameters
+/// ----------
+/// grid : str
+///     As of `Transform`, but HEALPix.
+/// rings : int
+/// columns : int
+/// degree : int
+///     The largest l.
+/// orders : int, optional
+///     The largest m, the degree unless given.
+/// first_azimuth : float, optional
+///     As of `Transform`.
+/// descending : bool
+///     Whether azimuths fall as the column grows.
+///
+/// Examples
+/// --------
+/// >>> import lobes, numpy as np
+/// >>> transform = lobes.SingleTransform("gauss-legendre", rings=8, columns=16, degree=7)
+/// >>> map = transform.synthesise(np.eye(64, dtype="float32")[0])
+/// >>> map.dtype, bool(np.allclose(map, 1 / np.sqrt(4 * np.pi)))
+/// (dtype('float32'), True)
+#[pyclass(frozen, module = "lobes")]
+pub(crate) struct SingleTransform(harmonics::SingleTransform);
+
+/// One of the transform's `_into` functions.
+type SingleInto = fn(
+    &harmonics::SingleTransform,
+    &[f32],
+    &mut [f32],
+    &mut [f32],
+    Parallelism,
+) -> lobes::Result<()>;
+
+impl SingleTransform {
+    fn map_shape(&self) -> [usize; 2] {
+        [self.0.grid().rings(), self.0.grid().columns()]
+    }
+
+    /// Each array of the shape `from` to one of the shape `to`.
+    fn each<'py>(
+        &self,
+        py: Python<'py>,
+        (values, what): (&Bound<'py, PyAny>, &'static str),
+        (from, to): (&[usize], &[usize]),
+        threads: bool,
+        into: SingleInto,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let values = singles(values, what)?;
+        let mut shape = leading(values.shape(), from, what)?;
+        shape.extend(to);
+        let out = zeros::<f32>(py, &shape)?;
+        let mut guard = out.readwrite();
+        let (input, output) = (values.as_slice()?, guard.as_slice_mut()?);
+        let (from, to) = (from.iter().product(), to.iter().product());
+        let mut scratch = vec![0.0; self.0.scratch_len()];
+        for (input, output) in input.chunks_exact(from).zip(output.chunks_exact_mut(to)) {
+            py.detach(|| into(&self.0, input, output, &mut scratch, parallelism(threads)))
+                .map_err(error)?;
+            py.check_signals()?;
+        }
+        drop(guard);
+        Ok(out)
+    }
+}
+
+#[pymethods]
+impl SingleTransform {
+    #[new]
+    #[pyo3(signature = (grid, rings, columns, degree, orders=None, first_azimuth=None, descending=false))]
+    #[expect(clippy::too_many_arguments, reason = "named in Python")]
+    fn new(
+        py: Python<'_>,
+        grid: &str,
+        rings: usize,
+        columns: usize,
+        degree: usize,
+        orders: Option<usize>,
+        first_azimuth: Option<f64>,
+        descending: bool,
+    ) -> PyResult<Self> {
+        py.detach(|| {
+            let grid = named_grid(grid, rings, columns, first_azimuth, descending)?;
+            harmonics::SingleTransform::with_orders(&grid, degree, orders.unwrap_or(degree))
+                .map(Self)
+                .map_err(error)
+        })
+    }
+
+    /// The largest degree l.
+    #[getter]
+    fn degree(&self) -> usize {
+        self.0.degree()
+    }
+
+    /// The largest order |m|.
+    #[getter]
+    fn orders(&self) -> usize {
+        self.0.orders()
+    }
+
+    /// The shape of a map: (rings, columns).
+    #[getter]
+    fn shape<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.map_shape())
+    }
+
+    /// How many coefficients a map has.
+    #[getter]
+    fn coefficient_count(&self) -> usize {
+        self.0.coefficient_count()
+    }
+
+    /// The maps of coefficients.
+    ///
+    /// Parameters
+    /// ----------
+    /// coefficients : array_like of float32, (…, count)
+    ///     In the order of `Coefficients`; numbers of another type are rounded.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float32, (…, rings, columns)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> single, double = (kind("fejer", 8, 16, 3) for kind in (lobes.SingleTransform, lobes.Transform))
+    /// >>> f = np.arange(16.0)
+    /// >>> np.allclose(single.synthesise(f), double.synthesise(f), atol=1e-5)
+    /// True
+    #[pyo3(signature = (coefficients, threads=true))]
+    fn synthesise<'py>(
+        &self,
+        py: Python<'py>,
+        coefficients: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let values = (coefficients, "the array of coefficients");
+        let shapes = (&[self.0.coefficient_count()][..], &self.map_shape()[..]);
+        let into = harmonics::SingleTransform::synthesise_into;
+        self.each(py, values, shapes, threads, into)
+    }
+
+    /// The coefficients of maps.
+    ///
+    /// Parameters
+    /// ----------
+    /// maps : array_like of float32, (…, rings, columns)
+    ///     Numbers of another type are rounded.
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float32, (…, count)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.SingleTransform("fejer", 8, 16, 3)
+    /// >>> np.allclose(transform.analyse(np.ones((8, 16)))[0], np.sqrt(4 * np.pi))
+    /// True
+    #[pyo3(signature = (maps, threads=true))]
+    fn analyse<'py>(
+        &self,
+        py: Python<'py>,
+        maps: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let shapes = (&self.map_shape()[..], &[self.0.coefficient_count()][..]);
+        let into = harmonics::SingleTransform::analyse_into;
+        self.each(py, (maps, "the array of maps"), shapes, threads, into)
+    }
+
+    /// The adjoint of `synthesise`: sums of maps times harmonics over the grid's points.
+    ///
+    /// Parameters
+    /// ----------
+    /// maps : array_like of float32, (…, rings, columns)
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float32, (…, count)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.SingleTransform("fejer", 8, 16, 3)
+    /// >>> np.allclose(transform.synthesise_adjoint(np.ones((8, 16)))[0], 128 / np.sqrt(4 * np.pi))
+    /// True
+    #[pyo3(signature = (maps, threads=true))]
+    fn synthesise_adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        maps: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let shapes = (&self.map_shape()[..], &[self.0.coefficient_count()][..]);
+        let into = harmonics::SingleTransform::synthesise_adjoint_into;
+        self.each(py, (maps, "the array of maps"), shapes, threads, into)
+    }
+
+    /// The adjoint of `analyse`.
+    ///
+    /// Parameters
+    /// ----------
+    /// coefficients : array_like of float32, (…, count)
+    /// threads : bool
+    ///     Whether all cores work; the answer is the same.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float32, (…, rings, columns)
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lobes, numpy as np
+    /// >>> transform = lobes.SingleTransform("gauss-legendre", 4, 8, 3)
+    /// >>> weights = transform.analyse_adjoint(np.sqrt(4 * np.pi) * np.eye(16)[0])
+    /// >>> bool(np.isclose(weights.sum(), 4 * np.pi))
+    /// True
+    #[pyo3(signature = (coefficients, threads=true))]
+    fn analyse_adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        coefficients: &Bound<'py, PyAny>,
+        threads: bool,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let values = (coefficients, "the array of coefficients");
+        let shapes = (&[self.0.coefficient_count()][..], &self.map_shape()[..]);
+        let into = harmonics::SingleTransform::analyse_adjoint_into;
+        self.each(py, values, shapes, threads, into)
+    }
+
+    fn __repr__(&self) -> String {
+        let [rings, columns] = self.map_shape();
+        format!(
+            "<SingleTransform {rings}×{columns}, degree {}, orders {}>",
+            self.0.degree(),
+            self.0.orders()
+        )
     }
 }
 

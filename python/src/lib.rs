@@ -111,8 +111,8 @@ mod _lobes {
     use super::evaluation::evaluate;
     #[pymodule_export]
     use super::harmonics::{
-        Rotation, Transform, analyse_at, basis, basis_gradients, from_harmonic, gradients_at,
-        rotate_splats, synthesise_at, synthesise_at_adjoint, to_harmonic, wigner_d,
+        Rotation, SingleTransform, Transform, analyse_at, basis, basis_gradients, from_harmonic,
+        gradients_at, rotate_splats, synthesise_at, synthesise_at_adjoint, to_harmonic, wigner_d,
         wigner_rotation, wigner_rotation_real,
     };
     #[pymodule_export]

@@ -1002,7 +1002,11 @@ pub(crate) fn recover_lobe<'py>(
         )));
     }
     check_finite(values.as_slice()?, "the kernel")?;
-    if let Some(&value) = errors.as_slice()?.iter().find(|value| !(**value >= 0.0)) {
+    if let Some(&value) = errors
+        .as_slice()?
+        .iter()
+        .find(|value| value.is_nan() || **value < 0.0)
+    {
         return Err(PyValueError::new_err(format!(
             "a standard error is {value}, which is not 0 or above"
         )));

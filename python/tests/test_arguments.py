@@ -48,6 +48,7 @@ ANYTHING = INTEGERS + FLOATS + ARRAYS + OTHERS
 
 LIGHT = lobes.EnvironmentMap(np.ones((4, 8, 3)))
 TRANSFORM = lobes.Transform("lat-long", 8, 16, 3)
+SINGLE = lobes.SingleTransform("lat-long", 8, 16, 3)
 DIRECTION = np.array([0.0, 0.6, 0.8])
 SET = lobes.Coefficients(np.ones(16))
 OPERATOR = lobes.Operator(0.1, 4, 3, threads=False)
@@ -65,6 +66,11 @@ GOOD = {
     "Transform.gradient": (TRANSFORM.gradient, (SET, False)),
     "Transform.synthesise_complex": (TRANSFORM.synthesise_complex, (np.ones(16, complex), False)),
     "Transform.analyse_complex": (TRANSFORM.analyse_complex, (np.ones((8, 16), complex), False)),
+    "SingleTransform": (lobes.SingleTransform, ("lat-long", 8, 16, 3, 3, 0.0, True)),
+    "SingleTransform.analyse": (SINGLE.analyse, (np.ones((8, 16)), False)),
+    "SingleTransform.synthesise": (SINGLE.synthesise, (SET, False)),
+    "SingleTransform.synthesise_adjoint": (SINGLE.synthesise_adjoint, (np.ones((8, 16)), False)),
+    "SingleTransform.analyse_adjoint": (SINGLE.analyse_adjoint, (SET, False)),
     "Rotation": (lobes.Rotation, (3,)),
     "Rotation.rotate_complex": (lobes.Rotation(3).rotate_complex, (np.ones(16, complex), [0, 0, 0, 1], False)),
     "Rotation.rotate": (lobes.Rotation(3).rotate, (SET, [0, 0, 0, 1], False)),

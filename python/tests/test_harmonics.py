@@ -486,3 +486,23 @@ def test_complex_fields_are_scipys():
     for wrong in [lambda: transform.synthesise_complex(a[1:]), lambda: transform.analyse_complex(ours[None]), lambda: transform.synthesise_complex(a[None])]:
         with pytest.raises(ValueError):
             wrong()
+
+
+def test_single_precision_is_double_rounded():
+    double, single = (kind("gauss-legendre", 64, 128, 63) for kind in (lobes.Transform, lobes.SingleTransform))
+    sets = np.random.default_rng(5).normal(size=(2, 4096)).astype(np.float32)
+    for name, values in [
+        ("synthesise", sets),
+        ("analyse", double.synthesise(sets).astype(np.float32)),
+        ("synthesise_adjoint", double.synthesise(sets).astype(np.float32)),
+        ("analyse_adjoint", sets),
+    ]:
+        want, got = np.asarray(getattr(double, name)(values)), getattr(single, name)(values)
+        assert got.dtype == np.float32 and got.shape == want.shape
+        assert np.sqrt(np.mean((got - want) ** 2)) < 1e-6 * np.std(want)
+        assert np.array_equal(getattr(single, name)(values, threads=False), got)
+    assert single.shape == (64, 128) and single.coefficient_count == 4096
+    with pytest.raises(ValueError, match="lengths of their own has no transform in single precision"):
+        lobes.SingleTransform("healpix", 7, 8, 2)
+    with pytest.raises(ValueError, match="index 7"):
+        single.synthesise(np.where(np.arange(4096) == 7, np.nan, sets[0]))

@@ -22,6 +22,7 @@ def unit(*shape):
 
 
 TRANSFORM = lobes.Transform("gauss-legendre", 8, 16, 3)
+SINGLE = lobes.SingleTransform("gauss-legendre", 8, 16, 3)
 HEALPIX = lobes.Transform.healpix(2, 3)
 MAPS = exact(RNG.random((2, 8, 16)))
 SETS = exact(RNG.random((2, 3, 16)))
@@ -58,6 +59,10 @@ CALLS = {
     "Transform.gradient": (TRANSFORM.gradient, [SETS]),
     "Transform.synthesise_complex": (TRANSFORM.synthesise_complex, [COMPLEX_SET]),
     "Transform.analyse_complex": (TRANSFORM.analyse_complex, [COMPLEX_MAP]),
+    "SingleTransform.analyse": (SINGLE.analyse, [MAPS]),
+    "SingleTransform.synthesise": (SINGLE.synthesise, [SETS]),
+    "SingleTransform.synthesise_adjoint": (SINGLE.synthesise_adjoint, [MAPS]),
+    "SingleTransform.analyse_adjoint": (SINGLE.analyse_adjoint, [SETS]),
     "Rotation.rotate": (lobes.Rotation(3).rotate, [SETS, QUATERNION]),
     "Rotation.rotate_complex": (lobes.Rotation(3).rotate_complex, [COMPLEX_SET, QUATERNION]),
     # Half a turn about the pole changes signs alone, so that single precision rounds nothing.

@@ -38,6 +38,7 @@ __all__ = [
     "Picture",
     "Renderer",
     "Rotation",
+    "SingleTransform",
     "Training",
     "Transform",
     "__version__",
@@ -131,6 +132,31 @@ class Transform:
     def analyse_complex(self, map: ArrayLike, threads: bool = True) -> _Complexes: ...
     def __eq__(self, value: object, /) -> bool: ...
     def __ne__(self, value: object, /) -> bool: ...
+
+@final
+class SingleTransform:
+    def __new__(
+        cls,
+        grid: _Grid,
+        rings: int,
+        columns: int,
+        degree: int,
+        orders: int | None = None,
+        first_azimuth: float | None = None,
+        descending: bool = False,
+    ) -> SingleTransform: ...
+    @property
+    def degree(self) -> int: ...
+    @property
+    def orders(self) -> int: ...
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    @property
+    def coefficient_count(self) -> int: ...
+    def synthesise(self, coefficients: ArrayLike, threads: bool = True) -> NDArray[np.float32]: ...
+    def analyse(self, maps: ArrayLike, threads: bool = True) -> NDArray[np.float32]: ...
+    def synthesise_adjoint(self, maps: ArrayLike, threads: bool = True) -> NDArray[np.float32]: ...
+    def analyse_adjoint(self, coefficients: ArrayLike, threads: bool = True) -> NDArray[np.float32]: ...
 
 @final
 class Rotation:
