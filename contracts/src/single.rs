@@ -40,23 +40,34 @@ pub(super) fn contracts() -> Vec<Contract> {
             id: "single/root-mean-square-511",
             function: "harmonics::SingleTransform::{synthesise, analyse}",
             oracle: ORACLE,
-            domain: "degrees 255 and 511 on Gauss–Legendre grids; the root mean square of the error",
+            domain: "degrees 255, 287 and 511 on Gauss–Legendre grids, at 287 a bundle of whose halves one is in the other form; the root mean square of the error",
             metric: METRIC,
             bound: 1.3e-6,
             why: "rounding turns the phase of Legendre functions by up to 128 steps' worth; sums of rings one bundle after another, as AVX2 has them, take 1.1·10⁻⁶",
             loose: None,
-            measure: |_, tally| large(&[255, 511], tally),
+            measure: |_, tally| large(&[255, 287, 511], &["synthesis", "analysis"], tally),
         },
         Contract {
-            id: "single/root-mean-square-2047",
-            function: "harmonics::SingleTransform::{synthesise, analyse}",
+            id: "single/synthesis-2047",
+            function: "harmonics::SingleTransform::synthesise",
             oracle: ORACLE,
             domain: "degrees 1023 and 2047; the root mean square of the error",
             metric: METRIC,
-            bound: 3.5e-6,
-            why: "as above, with AVX2 3.0·10⁻⁶; the odd degrees come from sums of coefficients that are larger than those, the more the higher the degree",
+            bound: 2.4e-6,
+            why: "as above; without fused multiplication and addition 2.0·10⁻⁶, and 2.7·10⁻⁶ if the recurrence were never renewed",
             loose: None,
-            measure: |_, tally| large(&[1023, 2047], tally),
+            measure: |_, tally| large(&[1023, 2047], &["synthesis"], tally),
+        },
+        Contract {
+            id: "single/analysis-2047",
+            function: "harmonics::SingleTransform::analyse",
+            oracle: ORACLE,
+            domain: "the same",
+            metric: METRIC,
+            bound: 3.5e-6,
+            why: "as above, and the sums of rings: with AVX2 3.0·10⁻⁶",
+            loose: None,
+            measure: |_, tally| large(&[1023, 2047], &["analysis"], tally),
         },
     ]
 }
@@ -147,7 +158,7 @@ fn analysis(pair: &Pair, tally: &mut Tally) -> Result<()> {
     Ok(())
 }
 
-fn large(degrees: &[usize], tally: &mut Tally) -> Result<()> {
+fn large(degrees: &[usize], directions: &[&str], tally: &mut Tally) -> Result<()> {
     for &degree in degrees {
         let grid = Grid::gauss_legendre(degree + 1, 2 * degree + 2)?;
         let pair = Pair::new(&grid, degree, degree)?;
@@ -165,10 +176,14 @@ fn large(degrees: &[usize], tally: &mut Tally) -> Result<()> {
                 format!("{what} at degree {degree}")
             });
         };
-        compare("synthesis", &pair.single.synthesise(&single)?, &map);
-        let (double, single) = both(&map);
-        let want = pair.double.analyse(&double)?;
-        compare("analysis", &pair.single.analyse(&single)?, want.as_slice());
+        if directions.contains(&"synthesis") {
+            compare("synthesis", &pair.single.synthesise(&single)?, &map);
+        }
+        if directions.contains(&"analysis") {
+            let (double, single) = both(&map);
+            let want = pair.double.analyse(&double)?;
+            compare("analysis", &pair.single.analyse(&single)?, want.as_slice());
+        }
     }
     Ok(())
 }
