@@ -16,7 +16,7 @@ CALLS = {
     "training": "lobes.Training(lobes.builtin(), cameras=64)",
     "analyse": "maps = np.zeros((60, 512, 1024)); t = lobes.Transform('gauss-legendre', 512, 1024, 511); [t.analyse(maps) for _ in range(10_000)]",
     "basis": "lobes.gradients_at(np.ones(1024**2), np.random.default_rng(1).random((100_000, 3)))",
-    "rotate": "lobes.Rotation(511).rotate(np.zeros((200, 512**2)), [1, 2, 3, 4])",
+    "rotate": "sets = np.zeros((50, 512**2)); r = lobes.Rotation(511); [r.rotate(sets, [1, 2, 3, 4]) for _ in range(10_000)]",
     "spectra": "[light.spectrum() for _ in range(10_000)]",
 }
 
