@@ -228,7 +228,7 @@ impl ShadingOutliers {
         let ceiling = ceiling.map_or(f64::INFINITY, |ceiling| 0.98 * ceiling);
         let clipped = |value: &[f64; 3]| value.iter().any(|channel| *channel >= ceiling);
         let relative: Vec<[f64; 3]> = values.iter().map(|v| v.map(|v| v / mean)).collect();
-        // What is clipped is body at least as bright as that, or an outlier.
+        // What is clipped takes part: it is body at least as bright as that, or an outlier.
         let fit = self.fit(&relative);
         let mut seen = vec![None; self.size * self.size];
         for (place, &i) in self.places.iter().enumerate() {

@@ -151,13 +151,7 @@ impl Basis {
         out: &mut [f64],
         parallelism: Parallelism,
     ) -> Result<()> {
-        let count = self.count();
-        check_length(
-            "the output of the basis",
-            directions.len().saturating_mul(count),
-            out.len(),
-        )?;
-        check_directions(directions)?;
+        let count = self.check_values(directions, out.len())?;
         over_chunks(parallelism, out, CHUNK * count, |chunk, out| {
             let directions = &directions[chunk * CHUNK..];
             for (out, directions) in out.chunks_mut(LANES * count).zip(directions.chunks(LANES)) {
@@ -165,6 +159,15 @@ impl Basis {
             }
         });
         Ok(())
+    }
+
+    /// Checks what goes into [`values`](Self::values), and says how many a direction has.
+    fn check_values(&self, directions: &[DVec3], out: usize) -> Result<usize> {
+        let count = self.count();
+        let needed = directions.len().saturating_mul(count);
+        check_length("the output of the basis", needed, out)?;
+        check_directions(directions)?;
+        Ok(count)
     }
 
     /// [`values`](Self::values) in single precision: worked out in double, and rounded.
@@ -185,13 +188,7 @@ impl Basis {
         out: &mut [f32],
         parallelism: Parallelism,
     ) -> Result<()> {
-        let count = self.count();
-        check_length(
-            "the output of the basis",
-            directions.len().saturating_mul(count),
-            out.len(),
-        )?;
-        check_directions(directions)?;
+        let count = self.check_values(directions, out.len())?;
         over_chunks(parallelism, out, CHUNK * count, |chunk, out| {
             let directions = &directions[chunk * CHUNK..];
             let mut values = vec![0.0; LANES * count];

@@ -24,7 +24,7 @@ use crate::{Error, Parallelism, Result, vectors};
 ///
 /// **Accuracy.** The root mean square of the error is below 1.3·10⁻⁶ of that of the result to degree
 /// 511, 3.5·10⁻⁶ to 2047 and 6·10⁻⁶ to 4095, for coefficients and maps of one size throughout; single
-/// values of a result may be wrong by ten times that. What is worked out beforehand is in f64, and
+/// values of a result may be wrong by twelve times that. What is worked out beforehand is in f64, and
 /// every 128 steps the recurrence of the Legendre functions takes its state from there.
 ///
 /// ```

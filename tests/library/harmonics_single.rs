@@ -56,7 +56,7 @@ fn adjoints() {
             let lengths = product(&to_map, &to_map).sqrt() * product(&map, &map).sqrt();
             let difference = product(&to_map, &map) - product(&set, &to_set);
             assert!(
-                difference.abs() < 1e-7 * lengths,
+                difference.abs() < 3e-8 * lengths,
                 "{difference:e} of {lengths:e}"
             );
         }
