@@ -71,7 +71,8 @@ impl Picture {
     /// sphere.
     ///
     /// # Errors
-    /// [`Error::NoSphere`] for a mask that is not round and a picture without a sphere.
+    /// [`Error::NoSphere`] for a mask that is not round, a picture without a sphere, and one in which
+    /// the sphere lies in a frame, as on a print that is photographed again.
     pub fn circle(&self) -> Result<Circle> {
         Ok(self.circles()?.0)
     }

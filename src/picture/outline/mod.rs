@@ -3,6 +3,7 @@
 mod edges;
 mod ellipse;
 mod fit;
+mod frame;
 mod mask;
 mod plain;
 mod rays;
@@ -13,6 +14,7 @@ mod vote;
 use super::circle::Circle;
 use super::picture::Picture;
 use crate::{Error, Result};
+use edges::Edges;
 use reduced::Reduced;
 
 pub use ellipse::Elongation;
@@ -34,8 +36,12 @@ const SMALL: usize = 160;
 /// that are not whole discs: JPEG rings about what stands before a white wall, and shadows fall on
 /// it, which differ from it too.
 ///
+/// The roundest edge in a frame whose sides end at its corners is taken for a part of a picture in
+/// the picture.
+///
 /// # Errors
-/// A picture that is too small, or in which no circle is to be seen.
+/// A picture that is too small, one in which no circle is to be seen, and one in which the roundest
+/// edge lies in a frame.
 pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
     let side = picture.width().min(picture.height());
     if side < 16 {
@@ -55,7 +61,11 @@ pub(super) fn find(picture: &Picture) -> Result<(Circle, Vec<Circle>)> {
     }
     let small = Reduced::of(picture, side.div_ceil(SMALL));
     let scale = small.scale as f64;
-    match round::find(&small) {
+    let edges = Edges::of(&small);
+    match round::find(&small, &edges) {
+        Ok((circle, _)) if frame::is_about(&edges, circle) => Err(Error::NoSphere {
+            reason: "what is round lies in a frame, so that this seems to be a photograph of a printed picture",
+        }),
         Ok((circle, others)) => Ok((
             circle.times(scale),
             others.into_iter().map(|other| other.times(scale)).collect(),
@@ -211,6 +221,108 @@ mod tests {
         let picture = Picture::from_srgb8(128, 128, bytes).unwrap();
         let (found, _) = find(&picture).unwrap();
         assert!(error(found, truth) < 0.01 * 64.0, "{found:?}");
+    }
+
+    const IN_A_ROOM: Circle = Circle {
+        x: 150.0,
+        y: 120.3,
+        radius: 52.0,
+    };
+
+    /// Whether a ball before this is found, and where it is.
+    fn is_found_before(behind: impl Fn(f64, f64) -> f64) -> bool {
+        let pixels = ball(320, 240, IN_A_ROOM, shaded, behind);
+        let found = find(&Picture::linear(320, 240, pixels).unwrap());
+        found.is_ok_and(|(found, _)| error(found, IN_A_ROOM) < 0.01 * IN_A_ROOM.radius)
+    }
+
+    /// x and y from a place, turned.
+    fn turned(angle: f64, (x, y): (f64, f64)) -> (f64, f64) {
+        let (sin, cos) = angle.sin_cos();
+        let (x, y) = (x - IN_A_ROOM.x, y - IN_A_ROOM.y);
+        (cos * x + sin * y, cos * y - sin * x)
+    }
+
+    /// The lines of tiles stand on four sides about a ball too, but go on beyond their corners.
+    #[test]
+    fn finds_a_ball_before_tiles() {
+        for angle in [0.0, 0.11, 0.4] {
+            for pitch in [37.0, 61.0, 130.0, 170.0] {
+                for bond in [0.0, 0.5] {
+                    let wall = |x: f64, y: f64| {
+                        let (u, v) = turned(angle, (x, y));
+                        let row = (v / pitch + 0.5).floor();
+                        let column = u / pitch + 0.5 + bond * row;
+                        let off = |place: f64| (place - place.round()).abs() * pitch;
+                        let grout = off(column) < 2.0 || off(v / pitch + 0.5) < 2.0;
+                        let tile = hash(column.floor().to_bits(), row.to_bits());
+                        if grout { 0.08 } else { 0.4 + 0.1 * tile }
+                    };
+                    assert!(is_found_before(wall), "{angle} {pitch} {bond}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn finds_a_ball_before_a_window_with_bars() {
+        for angle in [0.0, 0.07] {
+            for (pane, bar) in [((75.0, 60.0), 3.0), ((140.0, 140.0), 5.0)] {
+                let window = |x: f64, y: f64| {
+                    let (u, v) = turned(angle, (x, y));
+                    let off = |place: f64, pitch: f64| {
+                        let place = place / pitch + 0.5;
+                        (place - place.round()).abs() * pitch
+                    };
+                    let bars = off(u, pane.0) < bar || off(v, pane.1) < bar;
+                    if bars { 0.1 } else { 0.9 - 0.001 * v }
+                };
+                assert!(is_found_before(window), "{angle} {pane:?}");
+            }
+        }
+    }
+
+    /// The border of a picture is no frame.
+    #[test]
+    fn finds_a_ball_in_a_picture_that_is_cropped_tightly() {
+        for margin in [0.0, 2.0, 6.0, 20.0] {
+            let truth = Circle {
+                x: 80.0 + margin,
+                y: 80.0 + margin,
+                radius: 80.0,
+            };
+            let side = (160.0 + 2.0 * margin) as usize;
+            let wall = |x: f64, y: f64| 0.3 + 0.001 * x + 0.05 * hash(x as u64, y as u64);
+            let pixels = ball(side, side, truth, shaded, wall);
+            let (found, _) = find(&Picture::linear(side, side, pixels).unwrap()).unwrap();
+            assert!(error(found, truth) < 0.01 * 80.0, "{found:?} {margin}");
+        }
+    }
+
+    /// A frame's sides end at its corners; what it holds may be given by hand.
+    #[test]
+    fn refuses_a_ball_on_a_print() {
+        for angle in [-0.3, 0.0, 0.12] {
+            for (half, border) in [(60.0, 5.0), (60.0, 14.0), (85.0, 10.0)] {
+                let print = |x: f64, y: f64| {
+                    let (u, v) = turned(angle, (x, y));
+                    let off = u.abs().max(v.abs());
+                    if off < half {
+                        0.2 + 0.001 * u
+                    } else if off < half + border {
+                        0.8
+                    } else {
+                        0.35
+                    }
+                };
+                let pixels = ball(320, 240, IN_A_ROOM, shaded, print);
+                let picture = Picture::linear(320, 240, pixels).unwrap();
+                let problem = find(&picture).unwrap_err().to_string();
+                let said = problem.contains("frame") && problem.contains("--circle");
+                assert!(said, "{problem} {angle} {half}");
+                assert!(picture.sphere(IN_A_ROOM).is_ok());
+            }
+        }
     }
 
     #[test]

@@ -75,14 +75,13 @@ const RIVAL: f64 = 0.3;
 /// # Errors
 /// A picture in which no circle passes the least of that, and one in which all that does is
 /// saturated.
-pub(super) fn find(picture: &Reduced) -> Result<(Circle, Vec<Circle>)> {
+pub(super) fn find(picture: &Reduced, edges: &Edges) -> Result<(Circle, Vec<Circle>)> {
     let side = picture.width.min(picture.height);
-    let edges = Edges::of(picture);
     let least = (0.05 * side as f64).max(5.0);
-    let mut supports: Vec<Support> = vote::candidates(&edges, least, CANDIDATES)
+    let mut supports: Vec<Support> = vote::candidates(edges, least, CANDIDATES)
         .into_iter()
-        .filter_map(|candidate| settle(&edges, candidate))
-        .map(|circle| support(&edges, circle))
+        .filter_map(|candidate| settle(edges, candidate))
+        .map(|circle| support(edges, circle))
         .collect();
     supports.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut apart: Vec<Support> = Vec::new();
