@@ -1,10 +1,11 @@
 //! The walk down the tree for one lobe, and the sum over what it accepts.
 
 use fearless_simd::{f64x8, prelude::*};
+use glam::DVec3;
 
 use super::cut::{self, CutCells};
 use super::lobe::{Lobe, dot};
-use super::opening::{Patches, bilinear, gauss, interpolation};
+use super::opening::{Patches, Rules, bilinear, gauss, interpolation};
 use super::parts::Part;
 use super::rules::{MOST_NODES, RULES};
 use super::small_angles::small_sin_cos;
@@ -20,6 +21,9 @@ const COSTS: [f64; DEGREES.len()] = [20.0, 44.0, 68.0];
 const OPENED_BOX: f64 = 110.0;
 const OPENED_PART: f64 = 70.0;
 const RULE: usize = 2;
+
+/// What it costs to ask a cell, in values of the lobe.
+const ASKED_CELL: f64 = 20.0;
 
 /// A box of more than so many times the reach of its lobe is opened without being asked.
 const LARGE: f64 = 2.0;
@@ -144,7 +148,8 @@ impl LightTree {
         let mut errors = [[f64::INFINITY; 8]; DEGREES.len()];
         let reach = lobe.reach(simd, patches.centre, POINTS as f64);
         if (open & splat(level.half / LARGE).simd_lt(reach)).any_true() {
-            let bounds = interpolation(simd, lobe, &patches, reach);
+            let at = lobe.at(simd, patches.centre);
+            let bounds = interpolation(simd, lobe, &at, &patches, reach);
             let astride = height.simd_lt(radius);
             let mut below = splat(0.0);
             if astride.any_true() {
@@ -157,7 +162,7 @@ impl LightTree {
         }
         let mut sizes = [0.0; 8];
         size.store_slice(&mut sizes);
-        for (lane, &at) in eight.iter().enumerate() {
+        let choose = |lane: usize| {
             let (mut bound, mut total, mut choice) = (sizes[lane], sizes[lane], None);
             for (index, cost) in COSTS.into_iter().enumerate() {
                 let with = errors[index][lane] + price * cost;
@@ -165,7 +170,30 @@ impl LightTree {
                     (bound, total, choice) = (errors[index][lane], with, Some(index));
                 }
             }
-            if total <= price * OPENED_BOX {
+            (bound, total, choice)
+        };
+        let opened = |total: f64| total > price * OPENED_BOX;
+        // Of the smallest boxes that are opened, what Gauss's rules in their cells are good for.
+        let mut rules = [[[f64::INFINITY; 8]; MOST_NODES]; 2];
+        if index == 0 && (0..eight.len()).any(|lane| opened(choose(lane).1)) {
+            let at = lobe.at(simd, patches.centre);
+            let half = splat(0.5 * self.step);
+            let within = [radius, half, reach * 0.4];
+            let found = Rules::new(simd, lobe, &at, &patches, within);
+            // A box's light is over sin θ.
+            let lowest = patches.sin - level.half;
+            let flat = splat(0.0)
+                .simd_lt(lowest)
+                .select(mass / lowest, splat(f64::INFINITY));
+            for (rules, found) in rules.iter_mut().zip([found.above, found.crossed]) {
+                for (rule, found) in rules.iter_mut().zip(found) {
+                    (found * flat).store_slice(rule);
+                }
+            }
+        }
+        for (lane, &at) in eight.iter().enumerate() {
+            let (bound, total, choice) = choose(lane);
+            if !opened(total) {
                 work.bound += bound;
                 if let Some(choice) = choice {
                     work.size += sizes[lane];
@@ -174,7 +202,10 @@ impl LightTree {
             } else {
                 let (row, column) = (at as usize / level.columns, at as usize % level.columns);
                 if index == 0 {
-                    self.cells_of(row, column, &mut work.parts);
+                    let rules = rules
+                        .each_ref()
+                        .map(|rules| rules.each_ref().map(|rule| rule[lane]));
+                    self.cells_of(normal, row, column, (&rules, sizes[lane], price), work);
                 } else {
                     let below = &self.levels[index - 1];
                     for row in 2 * row..(2 * row + 2).min(below.rows) {
@@ -187,8 +218,34 @@ impl LightTree {
         }
     }
 
-    fn cells_of(&self, row: usize, column: usize, parts: &mut Vec<Part>) {
+    /// Divides a box of the smallest into its cells. Those that a rule is good enough for are
+    /// accepted with it, the others are asked one by one.
+    #[inline(always)]
+    fn cells_of(
+        &self,
+        normal: DVec3,
+        row: usize,
+        column: usize,
+        (rules, size, price): (&[[f64; MOST_NODES]; 2], f64, f64),
+        work: &mut Workspace,
+    ) {
         let side = self.side;
+        let count = (side * side) as f64;
+        // The rule whose bound and price are the least, if they are less than it costs to ask.
+        let mut chosen = [None; 2];
+        for (chosen, rules) in chosen.iter_mut().zip(rules) {
+            let mut least = price * count * ASKED_CELL;
+            for (index, bound) in rules.iter().enumerate() {
+                let nodes = index + 1;
+                let with = bound + price * count * (nodes * nodes + RULE) as f64;
+                if with < least {
+                    (least, *chosen) = (with, Some((index, *bound)));
+                }
+            }
+        }
+        // A cell's middle is no farther than that from the rest of it.
+        let radius = 0.7072 * self.step;
+        let mut used = [false; 2];
         for row in row * side..((row + 1) * side).min(self.rows) {
             // Cells at the poles are halves.
             let (y, height) = match row {
@@ -196,16 +253,37 @@ impl LightTree {
                 row if row + 1 == self.rows => (-0.5, 0.5),
                 _ => (0.0, 1.0),
             };
+            let (sin, cos) = self.row_middle[row];
             for column in column * side..((column + 1) * side).min(self.columns) {
-                parts.push(Part {
+                let part = Part {
                     row: row as u32,
                     column: column as u32,
                     y,
                     x: 0.0,
                     height,
                     width: 1.0,
-                });
+                };
+                let (sin_turn, cos_turn) = self.column_middle[column];
+                let above = sin * (cos_turn * normal.x + sin_turn * normal.y) + cos * normal.z;
+                let crossed = usize::from(above < radius);
+                match chosen[crossed] {
+                    _ if above < -radius && height == 1.0 => {}
+                    Some((index, _)) => {
+                        used[crossed] = true;
+                        work.cells[index].push(part);
+                    }
+                    None => work.parts.push(part),
+                }
             }
+        }
+        let bounds = [0, 1].map(|kind: usize| {
+            chosen[kind]
+                .filter(|_| used[kind])
+                .map_or(0.0, |(_, bound)| bound)
+        });
+        work.bound += bounds[0].max(bounds[1]);
+        if used != [false; 2] {
+            work.size += size;
         }
     }
 
@@ -247,16 +325,23 @@ impl LightTree {
             return;
         }
         let reach = lobe.reach(simd, patches.centre, 5.0);
-        let bounds = gauss(simd, lobe, patches, reach);
+        let at = lobe.at(simd, patches.centre);
+        let mut bounds = gauss(simd, lobe, &at, patches, reach);
         let astride = height.simd_lt(radius);
-        let mut beyond = splat(0.0);
         if astride.any_true() {
+            // The lobe that goes on below the horizon is integrated, and is 0 there in the sum; or
+            // the kink is.
             let below = lobe.at_the_horizon(simd, patches.centre, radius, radius - height);
-            beyond = astride.select(below * patches.top_sine(simd), splat(0.0));
+            let below = below * patches.top_sine(simd) * 2.0;
+            let half = down.max(along);
+            let rules = Rules::new(simd, lobe, &at, patches, [radius, half, reach * 0.4]);
+            for (bound, crossed) in bounds.iter_mut().zip(rules.crossed) {
+                *bound = astride.select((*bound + below).min(crossed), *bound);
+            }
         }
         let mut errors = [[0.0; 8]; MOST_NODES];
         for (errors, bound) in errors.iter_mut().zip(bounds) {
-            ((bound + beyond) * flat).store_slice(errors);
+            (bound * flat).store_slice(errors);
         }
         let mut sizes = [0.0; 8];
         size.store_slice(&mut sizes);
@@ -277,7 +362,7 @@ impl LightTree {
         let mut cut_errors = [f64::INFINITY; 8];
         let cut = astride & f64x8::from_slice(simd, &refused).simd_gt(splat(0.0));
         if cut.any_true() {
-            let bend = bilinear(simd, lobe, patches, reach * 0.8);
+            let bend = bilinear(simd, lobe, &at, patches, reach * 0.8);
             let error = cut::error(simd, lobe, &light, radius, bend, flat);
             cut.select(error, splat(f64::INFINITY))
                 .store_slice(&mut cut_errors);
@@ -391,6 +476,7 @@ impl LightTree {
     ) {
         let splat = |value| f64x8::splat(simd, value);
         let light = self.gather(simd, eight);
+        let normal = lobe.normal();
         let rule = RULES[nodes - 1];
         let half = 0.5 * self.step;
         let [sin, cos, sin_turn, cos_turn] = self.middles(simd, eight);
@@ -424,7 +510,8 @@ impl LightTree {
                 if L::UNTRUSTED {
                     *least = least.min(above_the_horizon(simd, lobe, direction, values[0]));
                 }
-                let area = area * weight;
+                let height = dot(simd, normal, direction, 0.0);
+                let area = height.simd_gt(splat(0.0)).select(area * weight, splat(0.0));
                 for ((sum, line), value) in sums.iter_mut().zip(lines).zip(values) {
                     *sum = line[1].mul_add(x, line[0]).mul_add(value * area, *sum);
                 }

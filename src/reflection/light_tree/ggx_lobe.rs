@@ -6,7 +6,7 @@ use fearless_simd::{f64x8, prelude::*};
 use glam::DVec3;
 use num_complex::Complex64;
 
-use super::half_vector::{Half, HalfAt, HalfRange, HalfVector};
+use super::half_vector::{Half, HalfVector, LengthsAt, LengthsRange};
 use super::lobe::Lobe;
 use super::neighbourhood::Neighbourhood;
 use crate::reflectance::Fresnel;
@@ -137,7 +137,7 @@ impl<'a> GgxLobe<'a> {
 
     /// A bound of the largest channel's reflectance.
     #[inline(always)]
-    fn reflectance<S: Simd>(&self, simd: S, range: &HalfRange<S>) -> f64x8<S> {
+    fn reflectance<S: Simd>(&self, simd: S, range: &LengthsRange<S>) -> f64x8<S> {
         // The square of the half vector's cosine to the view, |H|²/4, and how far it is off.
         let square = range.length * range.length * 0.25;
         let off = (range.length * 2.0 + range.away) * range.away * 0.25;
@@ -145,21 +145,29 @@ impl<'a> GgxLobe<'a> {
     }
 
     /// A bound of D c_i/(2 (c_i r_v + c_v r_i)) from one of c_i/(c_i r_v + c_v r_i).
+    ///
+    /// D = (α² H·H/q)²/(π α²), q = α² H_z² + H_T·H_T.
     #[inline(always)]
-    fn with_density<S: Simd>(&self, simd: S, range: &HalfRange<S>, masked: f64x8<S>) -> f64x8<S> {
+    fn with_density<S: Simd>(
+        &self,
+        simd: S,
+        range: &LengthsRange<S>,
+        masked: f64x8<S>,
+    ) -> f64x8<S> {
         let splat = |value| f64x8::splat(simd, value);
         let zero = splat(0.0);
-        // |1 + t²/α²| is no less than its real part.
-        let real = splat(1.0) - range.exponent * self.inverse;
-        let ratio = range.stretch / real;
+        let up = range.up.max(zero);
+        // |q| is no less than its real part.
+        let real =
+            up * up * self.square + range.tangent * range.tangent - range.aside * range.aside;
+        let ratio = range.square * self.square / real;
         let value = ratio * ratio * masked * self.peak();
-        let finite = zero.simd_lt(range.up) & zero.simd_lt(real);
-        finite.select(value, splat(f64::INFINITY))
+        zero.simd_lt(real).select(value, splat(f64::INFINITY))
     }
 
-    /// A bound of c_i/(c_i r_v + c_v r_i) where it is analytic over all of a range.
+    /// A bound of 1/(c_i r_v + c_v r_i) where it is analytic over all of a range.
     #[inline(always)]
-    fn masked<S: Simd>(&self, simd: S, range: &HalfRange<S>) -> f64x8<S> {
+    fn masked_over_height<S: Simd>(&self, simd: S, range: &LengthsRange<S>) -> f64x8<S> {
         let splat = |value| f64x8::splat(simd, value);
         let zero = splat(0.0);
         let above = range.least.max(zero);
@@ -168,18 +176,23 @@ impl<'a> GgxLobe<'a> {
         let square =
             (above * above - range.imaginary * range.imaginary) * (1.0 - self.square) + self.square;
         let whole = range.least * self.view + square.max(zero).sqrt() * self.half.cosine;
-        let value = range.top / whole;
-        // In the right half plane r_i/c_i is there too.
-        let value = zero
-            .simd_lt(range.least)
-            .select(value.min(splat(1.0 / self.view)), value);
         let finite = zero.simd_lt(square) & zero.simd_lt(whole);
-        finite.select(value, splat(f64::INFINITY))
+        finite.select(splat(1.0) / whole, splat(f64::INFINITY))
+    }
+
+    /// A bound of c_i/(c_i r_v + c_v r_i) where it is analytic over all of a range.
+    #[inline(always)]
+    fn masked<S: Simd>(&self, simd: S, range: &LengthsRange<S>) -> f64x8<S> {
+        let splat = |value| f64x8::splat(simd, value);
+        let value = range.top * self.masked_over_height(simd, range);
+        // In the right half plane r_i/c_i is there too.
+        let right = splat(0.0).simd_lt(range.least) & value.simd_lt(splat(f64::INFINITY));
+        right.select(value.min(splat(1.0 / self.view)), value)
     }
 }
 
 impl Lobe for GgxLobe<'_> {
-    type At<S: Simd> = HalfAt<S>;
+    type At<S: Simd> = LengthsAt<S>;
 
     fn normal(&self) -> DVec3 {
         self.half.normal
@@ -215,7 +228,7 @@ impl Lobe for GgxLobe<'_> {
     #[inline(always)]
     fn size<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], radius: f64x8<S>) -> f64x8<S> {
         let one = f64x8::splat(simd, 1.0);
-        let range = self.half.above(simd, centre, radius);
+        let range = self.half.lengths_above(simd, centre, radius);
         // c_i/(c_i r_v + c_v r_i) = 1/(r_v + c_v r_i/c_i) grows with c_i.
         let beside = self.stretched(simd, range.top * range.top);
         let masked = range.top / (range.top * self.view + beside * self.half.cosine);
@@ -224,13 +237,13 @@ impl Lobe for GgxLobe<'_> {
     }
 
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3]) -> HalfAt<S> {
-        self.half.at(simd, centre)
+    fn at<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3]) -> LengthsAt<S> {
+        self.half.lengths_at(simd, centre)
     }
 
     #[inline(always)]
-    fn bound<S: Simd>(&self, simd: S, at: &HalfAt<S>, near: Neighbourhood<S>) -> f64x8<S> {
-        let range = self.half.near(simd, at, near);
+    fn bound<S: Simd>(&self, simd: S, at: &LengthsAt<S>, near: Neighbourhood<S>) -> f64x8<S> {
+        let range = self.half.lengths_near(simd, at, near);
         self.with_density(simd, &range, self.masked(simd, &range)) * self.reflectance(simd, &range)
     }
 
@@ -243,25 +256,35 @@ impl Lobe for GgxLobe<'_> {
         depth: f64x8<S>,
     ) -> f64x8<S> {
         let one = f64x8::splat(simd, 1.0);
-        let range = self.half.at_the_horizon(simd, centre, real, depth);
+        let at = self.half.lengths_at(simd, centre);
+        let range = self.half.lengths_over(simd, &at, real, -depth, depth);
         let reflectance = self.reflectance(simd, &range).min(one);
         self.with_density(simd, &range, self.masked(simd, &range)) * reflectance
+    }
+
+    #[inline(always)]
+    fn over_height<S: Simd>(&self, simd: S, at: &LengthsAt<S>, near: Neighbourhood<S>) -> f64x8<S> {
+        let range = self.half.lengths_near(simd, at, near);
+        let masked = self.masked_over_height(simd, &range);
+        self.with_density(simd, &range, masked) * self.reflectance(simd, &range)
     }
 
     #[inline(always)]
     fn reach<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], order: f64) -> f64x8<S> {
         let splat = |value| f64x8::splat(simd, value);
         let half = self.half.of(simd, centre);
-        // (1 − x²)⁻² x⁻ᵖ, x the share of the way to the pole of D, is least at x² = p/(p + 4). In the
-        // tail the real part of the slope moves towards the pole as well.
-        let share = 0.8 * (order / (order + 4.0)).sqrt();
-        let pole = (half.square * 0.25 + self.square).sqrt();
-        let reach = self.half.reach(simd, &half, pole * share);
+        // (1 − x²)⁻² x⁻ᵖ, x the share of the way to the pole of D, is least at x² = p/(p + 4). The real
+        // part moves towards the pole as well, in the tail that of H_T, for a rough lobe that of H_z.
+        let alpha = self.square.sqrt();
+        let share = 0.75 * (order / (order + 4.0)).sqrt() / (1.0 + 0.6 * alpha);
+        let up = half.height + splat(self.half.cosine);
+        let pole = (half.square * 0.25 + self.square).sqrt() * up.abs();
+        // The masking has a pole at H_z = 0.
+        let reach = (pole * share).min(up * 0.4);
         // r has a root where the square of the height is −α²/(1 − α²), and F has one where H has no
         // length; the real part moves about as far as the imaginary.
         let square = half.height * half.height + self.square;
         let root = (square.sqrt() * 0.6).min(square / half.height.abs() * 0.4);
-        let up = half.height + splat(self.half.cosine);
         let length = (half.square + 1.0).sqrt() * up;
         reach.min(root).min(length * 0.14).max(splat(1e-9))
     }

@@ -36,6 +36,37 @@ pub(super) struct HalfAt<S: Simd> {
     long: f64x8<S>,
 }
 
+/// What bounds about one direction have in common that keep from the slope: the height of the
+/// light, √(1 − height²), |H_T| and |H|.
+#[derive(Clone, Copy)]
+pub(super) struct LengthsAt<S: Simd> {
+    height: f64x8<S>,
+    beside: f64x8<S>,
+    tangent: f64x8<S>,
+    length: f64x8<S>,
+}
+
+/// Bounds of the half vector over some lights, real or complex, that keep from the slope: they hold
+/// where H has no height.
+#[derive(Clone, Copy)]
+pub(super) struct LengthsRange<S: Simd> {
+    /// Re H_z and the length of the real part of H_T are at least this, or there is none.
+    pub(super) up: f64x8<S>,
+    pub(super) tangent: f64x8<S>,
+    /// The length of the imaginary part of H is at most this.
+    pub(super) aside: f64x8<S>,
+    /// |H·H| is at most this.
+    pub(super) square: f64x8<S>,
+    /// The real part of the light's height is at least this, its imaginary part at most that, its
+    /// size at most the last.
+    pub(super) least: f64x8<S>,
+    pub(super) imaginary: f64x8<S>,
+    pub(super) top: f64x8<S>,
+    /// |H| at the centre, and how far the light is from the centre at most.
+    pub(super) length: f64x8<S>,
+    pub(super) away: f64x8<S>,
+}
+
 /// Bounds over some lights, real or complex.
 #[derive(Clone, Copy)]
 pub(super) struct HalfRange<S: Simd> {
@@ -45,14 +76,9 @@ pub(super) struct HalfRange<S: Simd> {
     pub(super) stretch: f64x8<S>,
     /// Re H_z is at least this; where it is not above 0 there are no bounds.
     pub(super) up: f64x8<S>,
-    /// The real part of the light's height is at least this, its imaginary part at most that, its
-    /// size at most the last.
+    /// The real part of the light's height is at least this, its size at most that.
     pub(super) least: f64x8<S>,
-    pub(super) imaginary: f64x8<S>,
     pub(super) top: f64x8<S>,
-    /// |H| at the centre, and how far the light is from the centre at most.
-    pub(super) length: f64x8<S>,
-    pub(super) away: f64x8<S>,
 }
 
 /// √(1 − h²): how far a direction of height h is from the normal's axis.
@@ -123,6 +149,98 @@ impl HalfVector {
         }
     }
 
+    #[inline(always)]
+    pub(super) fn lengths_at<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3]) -> LengthsAt<S> {
+        let height = dot(simd, self.normal, centre, 0.0);
+        let forward = dot(simd, self.forward, centre, self.sine);
+        let aside = dot(simd, self.aside, centre, 0.0);
+        let up = height + f64x8::splat(simd, self.cosine);
+        let square = forward.mul_add(forward, aside * aside);
+        LengthsAt {
+            height,
+            beside: beside(simd, height),
+            tangent: square.sqrt(),
+            length: up.mul_add(up, square).sqrt(),
+        }
+    }
+
+    /// Over the real directions within a chord of `radius` whose height is from `floor` to `top`, a
+    /// bound of its size.
+    #[inline(always)]
+    pub(super) fn lengths_over<S: Simd>(
+        &self,
+        simd: S,
+        at: &LengthsAt<S>,
+        radius: f64x8<S>,
+        floor: f64x8<S>,
+        top: f64x8<S>,
+    ) -> LengthsRange<S> {
+        let zero = f64x8::splat(simd, 0.0);
+        let least = lowest(simd, at.height, at.beside, radius).max(floor);
+        let longest = at.length + radius;
+        LengthsRange {
+            up: least + f64x8::splat(simd, self.cosine),
+            tangent: (at.tangent - radius).max(zero),
+            aside: zero,
+            square: longest * longest,
+            least,
+            imaginary: zero,
+            top,
+            length: at.length,
+            away: radius,
+        }
+    }
+
+    /// Over the real directions above the horizon within a chord of `radius` of the centre.
+    #[inline(always)]
+    pub(super) fn lengths_above<S: Simd>(
+        &self,
+        simd: S,
+        centre: [f64x8<S>; 3],
+        radius: f64x8<S>,
+    ) -> LengthsRange<S> {
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let at = self.lengths_at(simd, centre);
+        let top = (at.height + radius).max(zero).min(one);
+        self.lengths_over(simd, &at, radius, zero, top)
+    }
+
+    /// Over a complex neighbourhood.
+    #[inline(always)]
+    pub(super) fn lengths_near<S: Simd>(
+        &self,
+        simd: S,
+        at: &LengthsAt<S>,
+        near: Neighbourhood<S>,
+    ) -> LengthsRange<S> {
+        let Neighbourhood {
+            real,
+            growth,
+            shift,
+            imaginary,
+        } = near;
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let low = lowest(simd, at.height, at.beside, real);
+        let sideways = (at.beside + real).min(one);
+        let least = low + (low.min(zero) * growth - shift);
+        let moved = real + growth + shift;
+        let longest = at.length + moved;
+        let top = (at.height.abs() + real).min(one);
+        let top = growth.mul_add(top, top) + shift;
+        LengthsRange {
+            up: least + f64x8::splat(simd, self.cosine),
+            tangent: (at.tangent - real - growth * sideways - shift).max(zero),
+            aside: imaginary,
+            square: longest.mul_add(longest, imaginary * imaginary),
+            least,
+            imaginary: imaginary * sideways,
+            // √(a² + b²) ≤ max + (√2 − 1) min.
+            top: top.max(imaginary) + top.min(imaginary) * 0.4143,
+            length: at.length,
+            away: moved.mul_add(moved, imaginary * imaginary).sqrt(),
+        }
+    }
+
     /// Over the real directions within a chord of `radius` that are not lower than `floor`, which
     /// is above −c_v; a bound of their height in size is `top`.
     #[inline(always)]
@@ -152,10 +270,7 @@ impl HalfVector {
             stretch: steep.mul_add(steep, splat(1.0)).min(longest),
             up,
             least,
-            imaginary: zero,
             top,
-            length: known.select(at.long * centre, zero),
-            away: radius,
         }
     }
 
@@ -225,17 +340,13 @@ impl HalfVector {
         let top = (at.height.abs() + real).min(one);
         let top = growth.mul_add(top, top) + shift;
         let longest = (growth + shift + imaginary + 2.0) * recip;
-        let moved_real = real + growth + shift;
         HalfRange {
             exponent: turned.mul_add(turned, -(rest * rest)),
             stretch: stretch.min(longest * longest),
             up,
             least,
-            imaginary: imaginary * sideways,
             // √(a² + b²) ≤ max + (√2 − 1) min.
             top: top.max(imaginary) + top.min(imaginary) * 0.4143,
-            length: at.long * (at.height + cosine).max(zero),
-            away: moved_real.mul_add(moved_real, imaginary * imaginary).sqrt(),
         }
     }
 

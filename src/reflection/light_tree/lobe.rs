@@ -47,6 +47,14 @@ pub(crate) trait Lobe: Sync {
         depth: f64x8<S>,
     ) -> f64x8<S>;
 
+    /// At least the size of the function over the light's height, continued analytically, in a complex
+    /// neighbourhood of the direction; infinite where it is not analytic there, as that of a lobe that
+    /// does not vanish at the horizon is not.
+    #[inline(always)]
+    fn over_height<S: Simd>(&self, simd: S, _: &Self::At<S>, _: Neighbourhood<S>) -> f64x8<S> {
+        f64x8::splat(simd, f64::INFINITY)
+    }
+
     /// About the imaginary reach at which the bound over its power `order` is least: changes how
     /// often boxes are opened only.
     fn reach<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], order: f64) -> f64x8<S>;
@@ -108,6 +116,11 @@ impl Lobe for LambertLobe {
         depth: f64x8<S>,
     ) -> f64x8<S> {
         depth * f64x8::splat(simd, 1.0 / PI)
+    }
+
+    #[inline(always)]
+    fn over_height<S: Simd>(&self, simd: S, _: &f64x8<S>, _: Neighbourhood<S>) -> f64x8<S> {
+        f64x8::splat(simd, 1.0 / PI)
     }
 
     #[inline(always)]

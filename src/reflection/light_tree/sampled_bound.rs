@@ -50,7 +50,7 @@ pub(super) fn check<L: Lobe + std::fmt::Debug>(
         let size = width * (2.0 * unit());
         let [real, growth, shift] = [1.0, 0.2, 0.2].map(|part| part * size * unit());
         let imaginary = size * unit() + 1e-9;
-        let bound = dispatch!(vectors::level(), simd => {
+        let [bound, over] = dispatch!(vectors::level(), simd => {
             let splat = |value| f64x8::splat(simd, value);
             let near = Neighbourhood {
                 real: splat(real),
@@ -59,9 +59,13 @@ pub(super) fn check<L: Lobe + std::fmt::Debug>(
                 imaginary: splat(imaginary),
             };
             let centre = [splat(centre.x), splat(centre.y), splat(centre.z)];
-            lobe.bound(simd, &lobe.at(simd, centre), near).reduce_max()
+            let at = lobe.at(simd, centre);
+            [
+                lobe.bound(simd, &at, near).reduce_max(),
+                lobe.over_height(simd, &at, near).reduce_max(),
+            ]
         });
-        assert!(!bound.is_nan(), "{lobe:?}");
+        assert!(!bound.is_nan() && !over.is_nan(), "{lobe:?}");
         if bound.is_infinite() {
             continue;
         }
@@ -87,6 +91,11 @@ pub(super) fn check<L: Lobe + std::fmt::Debug>(
             assert!(
                 value <= bound * (1.0 + 1e-11),
                 "{lobe:?}: {value:e}, {bound:e}"
+            );
+            let height: Complex64 = (0..3).map(|axis| vector[axis] * lobe.normal()[axis]).sum();
+            assert!(
+                value <= over * height.norm() * (1.0 + 1e-11),
+                "{lobe:?}: {value:e}, {over:e} times {height}"
             );
         }
     }

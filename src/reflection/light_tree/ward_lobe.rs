@@ -152,6 +152,16 @@ impl Lobe for WardLobe {
     }
 
     #[inline(always)]
+    fn over_height<S: Simd>(&self, simd: S, at: &HalfAt<S>, near: Neighbourhood<S>) -> f64x8<S> {
+        if self.light != 2 {
+            return f64x8::splat(simd, f64::INFINITY);
+        }
+        let range = self.half.near(simd, at, near);
+        let top = f64x8::splat(simd, 1.0);
+        self.bounded(simd, &HalfRange { top, ..range })
+    }
+
+    #[inline(always)]
     fn reach<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3], order: f64) -> f64x8<S> {
         let splat = |value| f64x8::splat(simd, value);
         let half = self.half.of(simd, centre);
