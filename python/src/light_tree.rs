@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lobes::reflectance::{self, Fresnel, Variant};
-use lobes::reflection::{self, Surface};
+use lobes::reflection::{self, Settings, Surface};
 use numpy::PyArrayDyn;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -146,24 +146,7 @@ impl GgxMaterial {
 impl GgxMaterial {
     /// The reflectance along the normal, the index and the extinction, each where it was given.
     fn facets(&self) -> [Option<[f64; 3]>; 3] {
-        let each = |of: fn(Fresnel) -> Option<f64>| {
-            let [red, green, blue] = self.0.fresnel().map(of);
-            Some([red?, green?, blue?])
-        };
-        [
-            each(|fresnel| match fresnel {
-                Fresnel::Schlick { normal } => Some(normal),
-                _ => None,
-            }),
-            each(|fresnel| match fresnel {
-                Fresnel::Dielectric { index } | Fresnel::Conductor { index, .. } => Some(index),
-                _ => None,
-            }),
-            each(|fresnel| match fresnel {
-                Fresnel::Conductor { extinction, .. } => Some(extinction),
-                _ => None,
-            }),
-        ]
+        Fresnel::channels(self.0.fresnel())
     }
 }
 
@@ -246,6 +229,8 @@ impl LightTree {
     ///     Pixels a side, at most 16384.
     /// tolerance : float
     ///     The relative bound that is aimed at.
+    /// pixel_samples : int
+    ///     A pixel is the mean of so many points each way, at most 64.
     /// threads : bool
     ///     Whether all cores work; the answer is the same.
     ///
@@ -264,7 +249,7 @@ impl LightTree {
     /// >>> rendering, bounds = tree.render(material, size=8, tolerance=0.1)
     /// >>> rendering.pixels.shape, bounds.shape
     /// ((8, 8, 3), (8, 8))
-    #[pyo3(signature = (material, variant="sampled", camera=None, size=128, tolerance=1e-3, threads=true))]
+    #[pyo3(signature = (material, variant="sampled", camera=None, size=128, tolerance=1e-3, pixel_samples=1, threads=true))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]
     fn render<'py>(
         &self,
@@ -274,17 +259,26 @@ impl LightTree {
         camera: Option<Camera>,
         size: usize,
         tolerance: f64,
+        pixel_samples: usize,
         threads: bool,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArrayDyn<f64>>)> {
         let variant: Variant = variant.parse().map_err(error)?;
         let material = AnyMaterial::of(material)?;
         let camera = Camera::or_default(camera)?;
         check_size(size)?;
-        check_room((size * size).saturating_mul(14), "a picture of that size")?;
+        let settings = Settings {
+            size,
+            tolerance,
+            pixel_samples,
+        };
+        if (1..=64).contains(&pixel_samples) {
+            let points = (size * size).saturating_mul(pixel_samples * pixel_samples);
+            check_room(points.saturating_mul(14), "a picture of that size")?;
+        }
         let (tree, at) = (Arc::clone(&self.tree), camera.camera);
         let rendered = interrupt::run(py, move || {
             let surface = material.surface(variant);
-            tree.render(surface, &at, size, tolerance, parallelism(threads))
+            tree.render(surface, &at, &settings, parallelism(threads))
         })?
         .map_err(error)?;
         let bounds = (0..size * size).map(|index| {

@@ -169,7 +169,7 @@ GOOD = {
     "LightTree": (lobes.LightTree, (LIGHT, False)),
     "LightTree.render": (
         lobes.LightTree(LIGHT).render,
-        (lobes.Material.white(), "gmd", lobes.Camera(), 4, 0.1, False),
+        (lobes.Material.white(), "gmd", lobes.Camera(), 4, 0.1, 2, False),
     ),
     "LightTree.radiance": (
         lobes.LightTree(LIGHT).radiance,

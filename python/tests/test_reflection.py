@@ -189,6 +189,13 @@ def test_the_tree_proves_its_bounds():
     # In even light facets show less than Fresnel's reflectance of the view would say at grazing, and
     # about it along the normal.
     assert rendering.pixels[4, 4, 0] == pytest.approx(glass.reflectance(1.0)[0], rel=0.2)
+    # The mean over a pixel of the picture is that of four pixels of one with twice as many a side.
+    finer, _ = tree.render(glass, size=16, tolerance=1e-2)
+    mean, bounds = tree.render(glass, size=8, tolerance=1e-2, pixel_samples=2)
+    four = finer.pixels[6:8, 8:10, 0]
+    assert abs(mean.pixels[3, 4, 0] - four.mean()) <= bounds[3, 4] + 1e-2 * four.mean()
+    with pytest.raises(ValueError, match="samples"):
+        tree.render(glass, size=8, pixel_samples=0)
     # Ward's lobes within the bound of the renderer's, whose error is an estimate.
     material, normals = lobes.presets()[2], np.array([[0, 0, 1.0], [0.6, 0, 0.8]])
     views = np.array([[0, 0, 1.0]] * 2)

@@ -115,6 +115,37 @@ impl Fresnel {
         }
     }
 
+    /// What [`of_channels`](Self::of_channels) makes three channels of: F₀, index and extinction,
+    /// each where all channels have it.
+    ///
+    /// ```
+    /// use lobes::reflectance::Fresnel;
+    /// let glass = [Fresnel::Dielectric { index: 1.5 }; 3];
+    /// let [f0, index, extinction] = Fresnel::channels(glass);
+    /// assert_eq!((f0, index, extinction), (None, Some([1.5; 3]), None));
+    /// assert_eq!(Fresnel::of_channels(f0, index, extinction), Some(glass));
+    /// ```
+    pub fn channels(fresnel: [Self; 3]) -> [Option<[f64; 3]>; 3] {
+        let each = |of: fn(Self) -> Option<f64>| {
+            let [red, green, blue] = fresnel.map(of);
+            Some([red?, green?, blue?])
+        };
+        [
+            each(|fresnel| match fresnel {
+                Self::Schlick { normal } => Some(normal),
+                _ => None,
+            }),
+            each(|fresnel| match fresnel {
+                Self::Dielectric { index } | Self::Conductor { index, .. } => Some(index),
+                _ => None,
+            }),
+            each(|fresnel| match fresnel {
+                Self::Conductor { extinction, .. } => Some(extinction),
+                _ => None,
+            }),
+        ]
+    }
+
     /// Whether every parameter is allowed.
     ///
     /// # Errors

@@ -46,6 +46,7 @@ pub struct Settings {
     /// Pixels a side.
     pub size: usize,
     /// The largest error, from 10⁻⁵ to 0.1. How far it is kept: docs/reference/rendering.md.
+    /// [`LightTree::render`](super::LightTree::render) keeps it everywhere, and takes less.
     pub tolerance: f64,
     /// 1 for what the pixels' centres see; n for the mean over n × n points of each pixel, those
     /// that miss the sphere left out.
@@ -65,8 +66,12 @@ impl Default for Settings {
 
 impl Settings {
     fn check(&self) -> Result<()> {
+        self.check_sizes()?;
+        check_tolerance(self.tolerance)
+    }
+
+    pub(super) fn check_sizes(&self) -> Result<()> {
         check_size(self.size)?;
-        check_tolerance(self.tolerance)?;
         if (1..=64).contains(&self.pixel_samples) {
             Ok(())
         } else {
@@ -76,6 +81,71 @@ impl Settings {
                 allowed: "from 1 to 64",
             })
         }
+    }
+}
+
+impl Settings {
+    /// What the pixels of a picture are the means of.
+    pub(super) fn samples(&self, camera: &Camera) -> Result<Samples> {
+        let (size, samples) = (self.size, self.pixel_samples);
+        let mut points = Vec::new();
+        let most = (size * samples).saturating_mul(size * samples);
+        points.try_reserve_exact(most).map_err(|_| Error::Memory {
+            what: "the picture's samples",
+            values: most,
+        })?;
+        let mut ends = crate::error::allocate("the picture", size * size)?;
+        ends.clear();
+        for row in 0..size {
+            for column in 0..size {
+                if samples == 1 {
+                    points.extend(camera.pixel(size, row, column));
+                } else if camera.pixel(size, row, column).is_some() {
+                    let fine = size * samples;
+                    for index in 0..samples * samples {
+                        points.extend(camera.pixel(
+                            fine,
+                            row * samples + index / samples,
+                            column * samples + index % samples,
+                        ));
+                    }
+                }
+                ends.push(points.len());
+            }
+        }
+        Ok(Samples { size, points, ends })
+    }
+}
+
+/// The points of a picture.
+pub(super) struct Samples {
+    size: usize,
+    pub(super) points: Vec<ShadingPoint>,
+    /// Where those of each pixel end.
+    ends: Vec<usize>,
+}
+
+impl Samples {
+    /// The picture whose pixels are the means of what their points have.
+    pub(super) fn image(
+        &self,
+        camera: &Camera,
+        value: impl Fn(usize) -> [f64; 3],
+    ) -> Result<SphereImage> {
+        let mut start = 0;
+        let pixels = self.ends.iter().map(|&end| {
+            let mut sum = [0.0; 3];
+            for index in start..end {
+                let value = value(index);
+                for channel in 0..3 {
+                    sum[channel] += value[channel];
+                }
+            }
+            let count = (end - start) as f64;
+            start = end;
+            sum.map(|sum| sum / count)
+        });
+        SphereImage::new(*camera, self.size, pixels.collect())
     }
 }
 
@@ -317,52 +387,11 @@ impl Renderer {
         parallelism: Parallelism,
     ) -> Result<Rendering> {
         settings.check()?;
-        let (size, samples) = (settings.size, settings.pixel_samples);
-        let mut points = Vec::new();
-        let most = (size * samples).saturating_mul(size * samples);
-        points.try_reserve_exact(most).map_err(|_| Error::Memory {
-            what: "the picture's samples",
-            values: most,
-        })?;
-        // Where each pixel's points end.
-        let mut ends = crate::error::allocate("the picture", size * size)?;
-        ends.clear();
-        for row in 0..size {
-            for column in 0..size {
-                if samples == 1 {
-                    points.extend(camera.pixel(size, row, column));
-                } else if camera.pixel(size, row, column).is_some() {
-                    let fine = size * samples;
-                    for index in 0..samples * samples {
-                        points.extend(camera.pixel(
-                            fine,
-                            row * samples + index / samples,
-                            column * samples + index % samples,
-                        ));
-                    }
-                }
-                ends.push(points.len());
-            }
-        }
-        let (values, error) =
-            self.radiance(material, variant, &points, settings.tolerance, parallelism)?;
-        let mut start = 0;
-        let pixels = ends
-            .into_iter()
-            .map(|end| {
-                let values = &values[start..end];
-                start = end;
-                let mut sum = [0.0; 3];
-                for value in values {
-                    for channel in 0..3 {
-                        sum[channel] += value[channel];
-                    }
-                }
-                sum.map(|sum| sum / values.len() as f64)
-            })
-            .collect();
+        let samples = settings.samples(camera)?;
+        let (tolerance, points) = (settings.tolerance, &samples.points);
+        let (values, error) = self.radiance(material, variant, points, tolerance, parallelism)?;
         Ok(Rendering {
-            image: SphereImage::new(*camera, size, pixels)?,
+            image: samples.image(camera, |index| values[index])?,
             error,
         })
     }

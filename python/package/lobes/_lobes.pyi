@@ -429,6 +429,7 @@ class LightTree:
         camera: Camera | None = None,
         size: int = 128,
         tolerance: float = 1e-3,
+        pixel_samples: int = 1,
         threads: bool = True,
     ) -> tuple[Rendering, _Doubles]: ...
     def radiance(

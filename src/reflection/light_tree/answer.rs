@@ -11,7 +11,7 @@ use super::tree::LightTree;
 use super::ward_lobe::WardLobe;
 use crate::reflectance::{Fresnel, Ward};
 use crate::reflection::renderer::check_unit;
-use crate::reflection::{Camera, ShadingPoint, SphereImage, Surface, check_size};
+use crate::reflection::{Camera, Settings, ShadingPoint, SphereImage, Surface};
 use crate::sphere::to_map;
 use crate::{Error, Parallelism, Result};
 
@@ -45,14 +45,15 @@ pub struct Bounded {
 /// ```
 /// use lobes::illumination::EnvironmentMap;
 /// use lobes::reflectance::{Fresnel, GgxMaterial};
-/// use lobes::reflection::{Camera, LightTree, Surface};
+/// use lobes::reflection::{Camera, LightTree, Settings, Surface};
 /// use lobes::{Parallelism, glam::DVec3};
 /// let map = EnvironmentMap::new("even", 32, 16, vec![[1.0; 3]; 512])?;
 /// let tree = LightTree::new(&map, Parallelism::Sequential)?;
 /// let glass = [Fresnel::Dielectric { index: 1.5 }; 3];
 /// let plastic = GgxMaterial::new("plastic", [0.5; 3], 0.3, glass)?;
 /// let camera = Camera::orthographic(DVec3::Z, DVec3::Y)?;
-/// let picture = tree.render(Surface::Ggx(&plastic), &camera, 8, 1e-3, Parallelism::Sequential)?;
+/// let settings = Settings { size: 8, ..Settings::default() };
+/// let picture = tree.render(Surface::Ggx(&plastic), &camera, &settings, Parallelism::Sequential)?;
 /// let (seen, bound) = (picture.image.get(4, 4).unwrap(), picture.bounds.get(4, 4).unwrap());
 /// // The body, and of the facets some 4 %.
 /// assert!(seen[0] > 0.5 && seen[0] < 0.56 && bound[0] <= 1e-3 * seen[0]);
@@ -71,7 +72,8 @@ pub struct BoundedImage {
 impl BoundedImage {
     /// The largest bound over the mean of its pixel's channels, or over a hundredth of what a white
     /// surface would show under the map's mean radiance, if that is larger; at most the tolerance
-    /// that was asked.
+    /// that was asked where a pixel is one point, and twice that where it is several, some of which
+    /// may be dark.
     pub fn relative_bound(&self) -> f64 {
         let size = self.image.size();
         let relative = (0..size * size).filter_map(|at| {
@@ -166,6 +168,19 @@ impl LightTree {
         tolerance: f64,
         parallelism: Parallelism,
     ) -> Result<Vec<Bounded>> {
+        self.radiance_with(surface, points, tolerance, parallelism, &|_| {})
+    }
+
+    /// As [`radiance`](Self::radiance), and tells of how many points more there are answers, from
+    /// any thread.
+    fn radiance_with(
+        &self,
+        surface: Surface<'_>,
+        points: &[ShadingPoint],
+        tolerance: f64,
+        parallelism: Parallelism,
+        tell: &(dyn Fn(usize) + Sync),
+    ) -> Result<Vec<Bounded>> {
         check_tolerance(tolerance)?;
         for point in points {
             check_unit(point.normal)?;
@@ -175,46 +190,56 @@ impl LightTree {
         let blocks = parallelism.map(points.len().div_ceil(BLOCK), |block| {
             let mut work = Workspace::default();
             let mut paces = [Pace::new(self); 2];
-            points[block * BLOCK..((block + 1) * BLOCK).min(points.len())]
+            let points = &points[block * BLOCK..((block + 1) * BLOCK).min(points.len())];
+            let answers = points
                 .iter()
                 .map(|point| {
                     let diffuse = surface.diffuse();
                     self.point(diffuse, &specular, point, tolerance, &mut paces, &mut work)
                 })
-                .collect::<Result<Vec<_>>>()
+                .collect::<Result<Vec<_>>>();
+            tell(points.len());
+            answers
         });
         let blocks = blocks.into_iter().collect::<Result<Vec<_>>>()?;
         Ok(blocks.concat())
     }
 
-    /// A picture of `size` × `size` pixels: what their centres see, each as
-    /// [`radiance`](Self::radiance) has it.
+    /// A picture of a sphere, each point of each pixel as [`radiance`](Self::radiance) has it. The
+    /// bound of a pixel is the mean of those of its points.
     ///
     /// # Errors
-    /// As [`radiance`](Self::radiance), and [`Error::Domain`] for a size that no picture has.
+    /// As [`radiance`](Self::radiance), and [`Error::Domain`] if a size is outside its domain.
     pub fn render(
         &self,
         surface: Surface<'_>,
         camera: &Camera,
-        size: usize,
-        tolerance: f64,
+        settings: &Settings,
         parallelism: Parallelism,
     ) -> Result<BoundedImage> {
-        check_size(size)?;
-        let pixels = || (0..size * size).map(|at| camera.pixel(size, at / size, at % size));
-        let points: Vec<ShadingPoint> = pixels().flatten().collect();
-        let answers = self.radiance(surface, &points, tolerance, parallelism)?;
-        let image = |of: fn(&Bounded) -> [f64; 3]| {
-            let mut answers = answers.iter();
-            let pixels = pixels().map(|point| {
-                let answer = point.and_then(|_| answers.next());
-                answer.map_or([0.0; 3], of)
-            });
-            SphereImage::new(*camera, size, pixels.collect())
-        };
+        self.render_telling(surface, camera, settings, parallelism, &|_| {})
+    }
+
+    /// As [`render`](Self::render), for whoever waits: `tell` hears of how many points more there
+    /// are answers, from any thread.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn render_telling(
+        &self,
+        surface: Surface<'_>,
+        camera: &Camera,
+        settings: &Settings,
+        parallelism: Parallelism,
+        tell: &(dyn Fn(usize) + Sync),
+    ) -> Result<BoundedImage> {
+        settings.check_sizes()?;
+        let samples = settings.samples(camera)?;
+        let (tolerance, points) = (settings.tolerance, &samples.points);
+        let answers = self.radiance_with(surface, points, tolerance, parallelism, tell)?;
         Ok(BoundedImage {
-            image: image(|answer| answer.value)?,
-            bounds: image(|answer| [answer.bound; 3])?,
+            image: samples.image(camera, |index| answers[index].value)?,
+            bounds: samples.image(camera, |index| [answers[index].bound; 3])?,
             floor: self.floor(1.0),
         })
     }
