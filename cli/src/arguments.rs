@@ -184,7 +184,7 @@ impl RenderLobe {
         Self::Ggx,
     ];
 
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Ward(variant) => variant.name(),
             Self::Ggx => "ggx",
@@ -207,7 +207,17 @@ impl std::str::FromStr for RenderLobe {
         if name == Self::Ggx.name() {
             return Ok(Self::Ggx);
         }
-        name.parse().map(Self::Ward)
+        name.parse().map(Self::Ward).map_err(|error| match error {
+            lobes::Error::UnknownName {
+                what,
+                name,
+                mut names,
+            } => {
+                names.push(Self::Ggx.name().into());
+                lobes::Error::UnknownName { what, name, names }
+            }
+            error => error,
+        })
     }
 }
 

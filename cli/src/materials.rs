@@ -8,7 +8,8 @@ use crate::arguments::Materials;
 use crate::error::{Error, Result};
 use crate::{console, named, slug};
 use lobes::exchange::{self, Format};
-use lobes::reflectance::{Fresnel, GgxMaterial, Material, presets, presets_as_albedos};
+use lobes::reflectance::{Fresnel, GgxMaterial, Material, Variant, presets, presets_as_albedos};
+use lobes::reflection::Surface;
 
 /// A material as the file has it.
 #[derive(Debug, Deserialize)]
@@ -68,6 +69,40 @@ impl AnyMaterial {
             Self::Ward(material) => material.name(),
             Self::Ggx(material) => material.name(),
         }
+    }
+
+    /// The surface, one of Ward's with `variant` for its lobe.
+    pub(super) fn surface(&self, variant: Variant) -> Surface<'_> {
+        match self {
+            Self::Ward(material) => Surface::Ward(material, variant),
+            Self::Ggx(material) => Surface::Ggx(material),
+        }
+    }
+
+    /// The material with GGX's facets: its own, those that are given, which over a metal hide the
+    /// body, or those of Schlick's reflectance with its specular albedo for F₀.
+    pub(super) fn with_facets(self, facets: Option<[Fresnel; 3]>) -> Result<Self> {
+        let material = match self {
+            Self::Ggx(material) => return Ok(Self::Ggx(material)),
+            Self::Ward(material) => material,
+        };
+        let metal = |fresnel: &[Fresnel; 3]| matches!(fresnel[0], Fresnel::Conductor { .. });
+        let faceted = match facets {
+            Some(fresnel) => {
+                // A metal has no body under its surface.
+                let body = if metal(&fresnel) {
+                    [0.0; 3]
+                } else {
+                    material.diffuse()
+                };
+                let alpha = material.roughness().sigma();
+                GgxMaterial::new(material.name(), body, alpha, fresnel)
+            }
+            None => GgxMaterial::from_ward(&material),
+        };
+        faceted
+            .map(Self::Ggx)
+            .map_err(|error| Error::of(format!("material {}", material.name()), error))
     }
 }
 

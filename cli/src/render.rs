@@ -15,7 +15,7 @@ use crate::{console, input, materials, progress, training_set};
 use lobes::Parallelism;
 use lobes::illumination::{EnvironmentMap, Luminance, builtin};
 use lobes::picture::encode_png;
-use lobes::reflectance::{Fresnel, GgxMaterial};
+use lobes::reflectance::Fresnel;
 use lobes::reflection::{Camera, LightTree, Renderer, Settings, SphereImage, Surface};
 
 pub(super) fn run(options: &Render) -> Result<()> {
@@ -38,16 +38,12 @@ pub(super) fn run(options: &Render) -> Result<()> {
     let mut output = OutputFolder::open(&options.out)?;
     let mut answers = Vec::new();
     let mut pictures = 0;
-    let bar = progress::bar(materials.len(), "rendering");
-    for (material, stem) in materials.iter().zip(&stems) {
-        let surface = match material {
-            AnyMaterial::Ward(material) => {
-                Surface::Ward(material, options.lobe.ward().unwrap_or_default())
-            }
-            AnyMaterial::Ggx(material) => Surface::Ggx(material),
-        };
-        let rendered = scene.render(surface)?;
-        bar.inc(1);
+    let pixels = options.size.saturating_mul(options.size);
+    let bar = progress::bar(materials.len().saturating_mul(pixels), "pixels");
+    for (done, (material, stem)) in materials.iter().zip(&stems).enumerate() {
+        let surface = material.surface(options.lobe.ward().unwrap_or_default());
+        let rendered = scene.render(surface, &|points| bar.inc(points as u64))?;
+        bar.set_position((done as u64 + 1).saturating_mul(pixels as u64));
         let image = &rendered.image;
         // A white sphere in light of mean radiance L shows about L; half of white leaves room
         // above.
@@ -106,28 +102,10 @@ fn with_facets(options: &Render, materials: Vec<AnyMaterial>) -> Result<Vec<AnyM
             )),
         };
     }
-    let faceted = materials.into_iter().map(|material| {
-        let material = match material {
-            AnyMaterial::Ward(material) => match facets {
-                // A metal has no body under its surface.
-                Some(fresnel) => GgxMaterial::new(
-                    material.name(),
-                    if options.metal.is_empty() {
-                        material.diffuse()
-                    } else {
-                        [0.0; 3]
-                    },
-                    material.roughness().sigma(),
-                    fresnel,
-                ),
-                None => GgxMaterial::from_ward(&material),
-            }
-            .map_err(|error| Error::of(format!("material {}", material.name()), error))?,
-            AnyMaterial::Ggx(material) => material,
-        };
-        Ok(AnyMaterial::Ggx(material))
-    });
-    faceted.collect()
+    materials
+        .into_iter()
+        .map(|material| material.with_facets(facets))
+        .collect()
 }
 
 /// What `--ior` or `--metal` says of the facets.
@@ -183,19 +161,18 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn render(&mut self, surface: Surface<'_>) -> Result<Rendered> {
+    fn render(&mut self, surface: Surface<'_>, tell: &(dyn Fn(usize) + Sync)) -> Result<Rendered> {
         let (all, camera) = (Parallelism::Rayon, self.camera);
-        let (size, tolerance) = (self.options.size, self.options.tolerance);
+        let settings = Settings {
+            size: self.options.size,
+            tolerance: self.options.tolerance,
+            ..Settings::default()
+        };
         match surface {
             Surface::Ward(material, variant) if !self.options.bound => {
                 let renderer = match &mut self.renderer {
                     Some(renderer) => renderer,
                     none => none.insert(Renderer::new(self.map, all)?),
-                };
-                let settings = Settings {
-                    size,
-                    tolerance,
-                    ..Settings::default()
                 };
                 let rendering = renderer.render(material, variant, &camera, &settings, all)?;
                 Ok(Rendered {
@@ -208,7 +185,7 @@ impl<'a> Scene<'a> {
                     Some(tree) => tree,
                     none => none.insert(LightTree::new(self.map, all)?),
                 };
-                let picture = tree.render(surface, &camera, size, tolerance, all)?;
+                let picture = tree.render_telling(surface, &camera, &settings, all, tell)?;
                 let largest = picture.relative_bound();
                 Ok(Rendered {
                     image: picture.image,

@@ -11,17 +11,18 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::arguments::Materials;
+use crate::arguments::{Materials, RenderLobe};
 use crate::error::{Error, Result};
 use crate::lights::no_light;
+use crate::materials::AnyMaterial;
 use crate::output::{FolderLock, write_file};
 use crate::place::Place;
 use crate::{console, materials, named, progress, slug};
 use lobes::Parallelism;
 use lobes::files::{Picture, Precision, encode_exr};
 use lobes::illumination::{self, EnvironmentMap, builtin};
-use lobes::reflectance::{Material, Variant};
-use lobes::reflection::{Camera, Renderer, Settings, SphereImage, check_size};
+use lobes::reflectance::{Fresnel, GgxMaterial, Material, Variant};
+use lobes::reflection::{Camera, LightTree, Renderer, Settings, SphereImage, Surface, check_size};
 
 /// The file that describes a set: docs/how-to/training-sets.md.
 #[derive(Debug, Deserialize)]
@@ -76,9 +77,8 @@ struct IndexLine<'a> {
     file: String,
     light: &'a str,
     material: &'a str,
-    diffuse: [f64; 3],
-    specular: [f64; 3],
-    sigma: f64,
+    #[serde(flatten)]
+    parameters: Parameters,
     lobe: &'a str,
     camera: Place,
     size: usize,
@@ -89,18 +89,62 @@ struct IndexLine<'a> {
     version: &'a str,
 }
 
+/// A material in the index.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum Parameters {
+    Ward {
+        diffuse: [f64; 3],
+        specular: [f64; 3],
+        sigma: f64,
+    },
+    Ggx {
+        diffuse: [f64; 3],
+        alpha: f64,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        f0: Option<[f64; 3]>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        index: Option<[f64; 3]>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        extinction: Option<[f64; 3]>,
+    },
+}
+
+impl From<&AnyMaterial> for Parameters {
+    fn from(material: &AnyMaterial) -> Self {
+        match material {
+            AnyMaterial::Ward(material) => Self::Ward {
+                diffuse: material.diffuse(),
+                specular: material.specular(),
+                sigma: material.roughness().sigma(),
+            },
+            AnyMaterial::Ggx(material) => {
+                let [f0, index, extinction] = Fresnel::channels(material.fresnel());
+                Self::Ggx {
+                    diffuse: material.diffuse(),
+                    alpha: material.alpha(),
+                    f0,
+                    index,
+                    extinction,
+                }
+            }
+        }
+    }
+}
+
 /// A line of the list of errors.
 #[derive(Debug, Serialize, Deserialize)]
 struct Reached {
     file: String,
-    /// As [`Rendering::error`](lobes::reflection::Rendering::error).
+    /// As [`Rendering::error`](lobes::reflection::Rendering::error); of GGX the proven
+    /// [`BoundedImage::relative_bound`](lobes::reflection::BoundedImage::relative_bound).
     error: f64,
 }
 
 /// The index of a set.
 const INDEX: &str = "index.jsonl";
 
-/// The estimated errors of a set's images.
+/// The errors of a set's images, estimated or bounded.
 const ERRORS: &str = "errors.jsonl";
 
 /// Renders what of the set is not there yet.
@@ -111,15 +155,23 @@ const ERRORS: &str = "errors.jsonl";
 pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
     let set = read(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let lobe: Variant = set
+    let lobe: RenderLobe = set
         .lobe
         .parse()
         .map_err(|error| named::in_file(path, error))?;
-    let materials = materials::load(&Materials {
+    let materials = materials::load_any(&Materials {
         materials: set.materials.as_ref().map(|file| folder.join(file)),
         as_albedos: false,
         only: Vec::new(),
     })?;
+    let materials = match lobe {
+        RenderLobe::Ward(_) => materials,
+        RenderLobe::Ggx => materials
+            .into_iter()
+            .map(|material| material.with_facets(None))
+            .collect::<Result<_>>()?,
+    };
+    let variant = lobe.ward().unwrap_or_default();
     let (lights, sources) = sources(&set, &folder)?;
     let places = if set.camera.is_empty() {
         vec![Place::default()]
@@ -141,7 +193,7 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
         "lights",
         lights.iter().map(|light| stem(light)).collect(),
     )?;
-    let called: Vec<&str> = materials.iter().map(Material::name).collect();
+    let called: Vec<&str> = materials.iter().map(AnyMaterial::name).collect();
     let stems = materials::stems(Some(path), &called)?;
     let file = |light: usize, material: usize, camera: usize| {
         format!("{}/{}-{:03}.exr", names[light], stems[material], camera)
@@ -154,10 +206,11 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
                     file: file(l, m, c),
                     light,
                     material: material.name(),
-                    diffuse: material.diffuse(),
-                    specular: material.specular(),
-                    sigma: material.roughness().sigma(),
-                    lobe: &set.lobe,
+                    parameters: material.into(),
+                    lobe: match material {
+                        AnyMaterial::Ward(_) => &set.lobe,
+                        AnyMaterial::Ggx(_) => RenderLobe::Ggx.name(),
+                    },
                     camera,
                     size: set.size,
                     pixel_samples: set.pixel_samples,
@@ -204,34 +257,54 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
             Source::Builtin(map) => map,
             Source::File(path) => &illumination::read(path, None)?,
         };
-        let renderer = Renderer::new(map, Parallelism::Rayon)?;
-        missing.par_iter().try_for_each(|&(m, c)| -> Result<()> {
-            let (material, camera) = (&materials[m], &cameras[c]);
-            let one_thread = Parallelism::Sequential;
-            match renderer.render(material, lobe, camera, &settings, one_thread) {
-                Ok(rendering) => {
-                    let bytes = encode(&rendering.image, set.precision)
-                        .map_err(|error| Error::of(file(l, m, c), error))?;
-                    let reached = line(&Reached {
-                        file: file(l, m, c),
-                        error: rendering.error,
-                    })?;
-                    errors
-                        .lock()
-                        .unwrap_or_else(PoisonError::into_inner)
-                        .write_all(reached.as_bytes())
-                        .map_err(|error| not_writable(out, &error))?;
-                    write_file(&out.join(file(l, m, c)), &bytes)?;
+        let any =
+            |kind: fn(&AnyMaterial) -> bool| missing.iter().any(|&(m, _)| kind(&materials[m]));
+        let (ward, ggx) = (
+            any(|material| matches!(material, AnyMaterial::Ward(_))),
+            any(|material| matches!(material, AnyMaterial::Ggx(_))),
+        );
+        let all = Parallelism::Rayon;
+        let renderer = ward.then(|| Renderer::new(map, all)).transpose()?;
+        let tree = ggx.then(|| LightTree::new(map, all)).transpose()?;
+        let ready: Vec<(usize, usize, Ready)> = missing
+            .iter()
+            .filter_map(|&(m, c)| {
+                let ready = match &materials[m] {
+                    AnyMaterial::Ward(material) => {
+                        Ready::Estimated(renderer.as_ref()?, material, variant)
+                    }
+                    AnyMaterial::Ggx(material) => Ready::Bounded(tree.as_ref()?, material),
+                };
+                Some((m, c, ready))
+            })
+            .collect();
+        ready
+            .par_iter()
+            .try_for_each(|&(m, c, ready)| -> Result<()> {
+                match ready.render(&cameras[c], &settings) {
+                    Ok((image, error)) => {
+                        let bytes = encode(&image, set.precision)
+                            .map_err(|error| Error::of(file(l, m, c), error))?;
+                        let reached = line(&Reached {
+                            file: file(l, m, c),
+                            error,
+                        })?;
+                        errors
+                            .lock()
+                            .unwrap_or_else(PoisonError::into_inner)
+                            .write_all(reached.as_bytes())
+                            .map_err(|error| not_writable(out, &error))?;
+                        write_file(&out.join(file(l, m, c)), &bytes)?;
+                    }
+                    Err(lobes::Error::Tolerance { reached, .. }) => {
+                        let mut refused = refused.lock().unwrap_or_else(PoisonError::into_inner);
+                        refused.push((file(l, m, c), reached));
+                    }
+                    Err(error) => return Err(error.into()),
                 }
-                Err(lobes::Error::Tolerance { reached, .. }) => {
-                    let mut refused = refused.lock().unwrap_or_else(PoisonError::into_inner);
-                    refused.push((file(l, m, c), reached));
-                }
-                Err(error) => return Err(error.into()),
-            }
-            bar.inc(1);
-            Ok(())
-        })?;
+                bar.inc(1);
+                Ok(())
+            })?;
     }
     bar.finish_and_clear();
     let mut refused = refused.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -262,6 +335,31 @@ pub(super) fn run(path: &Path, out: &Path) -> Result<()> {
         out.display()
     ));
     Ok(())
+}
+
+/// What renders a material under one light.
+#[derive(Clone, Copy)]
+enum Ready<'a> {
+    Estimated(&'a Renderer, &'a Material, Variant),
+    Bounded(&'a LightTree, &'a GgxMaterial),
+}
+
+impl Ready<'_> {
+    /// A picture and its error, by one thread.
+    fn render(self, camera: &Camera, settings: &Settings) -> lobes::Result<(SphereImage, f64)> {
+        let one = Parallelism::Sequential;
+        match self {
+            Self::Estimated(renderer, material, variant) => {
+                let rendering = renderer.render(material, variant, camera, settings, one)?;
+                Ok((rendering.image, rendering.error))
+            }
+            Self::Bounded(tree, material) => {
+                let picture = tree.render(Surface::Ggx(material), camera, settings, one)?;
+                let bound = picture.relative_bound();
+                Ok((picture.image, bound))
+            }
+        }
+    }
 }
 
 /// Where a light comes from.

@@ -135,6 +135,7 @@ fn what_is_wrong_with_a_set_is_said_in_a_sentence() {
             "both be written",
         ),
         ("lobe = \"phong\"", "phong"),
+        ("lobe = \"phong\"", "ggx"),
         ("materials = \"none.toml\"", "none.toml"),
         ("[[camera]]\ndistance = 0.5", "outside the sphere"),
         ("[[camera]]\nelevation = 90.0", "up vector"),
@@ -165,6 +166,50 @@ fn a_folder_takes_one_set_only() {
     assert!(!output.status.success());
     assert!(String::from_utf8_lossy(&output.stderr).contains("something else"));
     assert_eq!(files(&out).len(), 1);
+}
+
+/// With `lobe = "ggx"` every material has its facets, with one of Ward's those that are of GGX keep
+/// theirs; the index says what they reflect, the list of errors how far they are off.
+#[test]
+fn ggx_is_rendered_within_its_bounds() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = folder.path().join("set.toml");
+    let materials = "[[material]]\nname = 'lacquer'\nkind = 'plastic'\nreflectance = [0.3, 0.1, 0.1]\n\
+                     specularity = 0.05\nsigma = 0.1\n\
+                     [[material]]\nname = 'gold'\nkind = 'ggx'\nalpha = 0.3\nindex = [0.2, 0.4, 1.5]\n\
+                     extinction = [3.1, 2.7, 1.9]\n";
+    fs::write(folder.path().join("paints.toml"), materials).unwrap();
+    let rest = "size = 6\ntolerance = 1e-2\npixel_samples = 2\nprecision = \"single\"\n\
+                materials = \"paints.toml\"\nlights = [\"pmndrs-dawn\"]\n";
+    for (lobe, lacquer) in [
+        (
+            "ggx",
+            "\"alpha\":0.1,\"f0\":[0.05,0.05,0.05],\"lobe\":\"ggx\"",
+        ),
+        ("gmd", "\"sigma\":0.1,\"lobe\":\"gmd\""),
+    ] {
+        fs::write(&set, format!("lobe = \"{lobe}\"\n{rest}")).unwrap();
+        let out = folder.path().join(lobe);
+        let output = run(&set, &out);
+        assert!(output.status.success(), "{output:?}");
+        let index = fs::read_to_string(out.join("index.jsonl")).unwrap();
+        let lines: Vec<&str> = index.lines().collect();
+        assert_eq!(lines.len(), 2);
+        assert!(lines[0].contains(lacquer), "{}", lines[0]);
+        let gold =
+            "\"alpha\":0.3,\"index\":[0.2,0.4,1.5],\"extinction\":[3.1,2.7,1.9],\"lobe\":\"ggx\"";
+        assert!(lines[1].contains(gold), "{}", lines[1]);
+        let errors = fs::read_to_string(out.join("errors.jsonl")).unwrap();
+        for line in errors.lines() {
+            let error: serde_json::Value = serde_json::from_str(line).unwrap();
+            let error = error["error"].as_f64().unwrap();
+            assert!(error > 0.0 && error <= 2e-2, "{line}");
+        }
+        assert_eq!(errors.lines().count(), 2);
+    }
+    // Gold is the same beside either lobe of the lacquer.
+    let gold = |lobe: &str| fs::read(folder.path().join(lobe).join("pmndrs-dawn/gold-000.exr"));
+    assert_eq!(gold("ggx").unwrap(), gold("gmd").unwrap());
 }
 
 #[test]
