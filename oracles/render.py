@@ -7,7 +7,6 @@ well inside the sphere are kept. Where there is no LLVM for Mitsuba (libllvm19 i
 
 import sys
 
-import numpy as np
 from snapshot import Snapshot, skip
 
 if "--help" not in sys.argv:
@@ -19,12 +18,7 @@ if "--help" not in sys.argv:
 SIZE, PICTURES, SAMPLES = 16, 32, 1024
 
 snapshot = Snapshot(__file__, oracle=["mitsuba", "drjit"], precision="single; Monte Carlo, 32768 samples a pixel", tolerance=0.05)
-kept = []
-for row in range(SIZE):
-    for column in range(SIZE):
-        x, y = max(abs(column - 8), abs(column - 7)) / 8, max(abs(row - 8), abs(row - 7)) / 8
-        if x * x + y * y < 0.85:
-            kept.append((row, column))
+kept = render_tools.well_inside(SIZE)
 for light in ("pmndrs-venice", "blender-forest"):
     emitter = render_tools.emitter(render_tools.read_map(light))
     for diffuse, specular, sigma in (
@@ -34,8 +28,7 @@ for light in ("pmndrs-venice", "blender-forest"):
         ((0.0, 0.0, 0.0), (0.9, 0.9, 0.9), 0.3),
     ):
         scene = render_tools.scene(emitter, diffuse, specular, sigma, SIZE)
-        pictures = np.array([render_tools.render(scene, SAMPLES, seed) for seed in range(PICTURES)])
-        mean, error = pictures.mean(axis=0), pictures.std(axis=0, ddof=1) / np.sqrt(PICTURES)
+        mean, error = render_tools.estimate(scene, SAMPLES, PICTURES)
         snapshot.case(
             "sphere", light=light, diffuse=diffuse, specular=specular, sigma=sigma, size=SIZE, pictures=PICTURES, pixels=kept,
             values=[[float(f"{v:.6g}") for v in mean[p]] for p in kept], errors=[[float(f"{v:.3g}") for v in error[p]] for p in kept],

@@ -120,12 +120,15 @@ def mirror_bsdf(diffuse, specular):
 
 
 def scene(environment, diffuse, specular, sigma, size, mirror=False):
-    """The unit sphere from +z, orthographic, `size` pixels a side; with `mirror` what is specular is one, whatever sigma."""
+    """A sphere of Ward's lobe; with `mirror` what is specular is one, whatever sigma."""
     bsdf = {"type": "lobes_ward", "sigma": sigma}
     for values, name in ((diffuse, "diffuse"), (specular, "specular")):
         bsdf.update({f"{name}_{c}": value for c, value in zip("rgb", values)})
-    if mirror:
-        bsdf = mirror_bsdf(diffuse, specular)
+    return sphere(environment, mirror_bsdf(diffuse, specular) if mirror else bsdf, size)
+
+
+def sphere(environment, bsdf, size):
+    """The unit sphere from +z, orthographic, `size` pixels a side."""
     return mi.load_dict(
         {
             "type": "scene",
@@ -148,3 +151,20 @@ def scene(environment, diffuse, specular, sigma, size, mirror=False):
 def render(scene, samples, seed):
     """The picture, linear RGB."""
     return np.array(mi.render(scene, spp=samples, seed=seed)).astype(np.float64)
+
+
+def estimate(scene, samples, pictures):
+    """The mean of pictures of other seeds, and its standard error."""
+    drawn = np.array([render(scene, samples, seed) for seed in range(pictures)])
+    return drawn.mean(axis=0), drawn.std(axis=0, ddof=1) / np.sqrt(pictures)
+
+
+def well_inside(size):
+    """The pixels of which every part is some way inside the sphere."""
+    half, kept = size // 2, []
+    for row in range(size):
+        for column in range(size):
+            x, y = (max(abs(at - half), abs(at - half + 1)) / half for at in (column, row))
+            if x * x + y * y < 0.85:
+                kept.append((row, column))
+    return kept
