@@ -153,7 +153,7 @@ impl LightTree {
     /// radiance, if that is larger. A view below the horizon sees black.
     ///
     /// The bound of each radiance is proven (docs/reference/rendering-bound.md), and never above
-    /// what is asked. The time of one is 30 to 500 µs for 10⁻³ on one core, of GGX some 1 ms, and
+    /// what is asked. The time of one is 20 to 500 µs for 10⁻³ on one core, of GGX 130 to 500 µs, and
     /// grows about as the logarithm of 1/`tolerance`; more for lobes that jump at the horizon, and
     /// much more for Ward's own lobe (`ward1992`), which has a root there.
     ///
