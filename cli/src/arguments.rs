@@ -632,13 +632,13 @@ pub(super) struct Finishes {
     #[arg(long, value_name = "DIR")]
     pub(super) learn: Option<PathBuf>,
     /// In how many lights balls are photographed to learn from.
-    #[arg(long, value_name = "N", default_value = "3000", requires = "learn", value_parser = up_to_a_million)]
+    #[arg(long, value_name = "N", default_value = "7000", requires = "learn", value_parser = up_to_a_million)]
     pub(super) lights: NonZeroUsize,
     /// How many balls in each of them.
-    #[arg(long, value_name = "N", default_value = "44", requires = "learn", value_parser = up_to_1024)]
+    #[arg(long, value_name = "N", default_value = "20", requires = "learn", value_parser = up_to_1024)]
     pub(super) balls: NonZeroUsize,
     /// How often each photograph is learned from.
-    #[arg(long, value_name = "N", default_value = "8", requires = "learn", value_parser = up_to_1024)]
+    #[arg(long, value_name = "N", default_value = "12", requires = "learn", value_parser = up_to_1024)]
     pub(super) epochs: NonZeroUsize,
 }
 

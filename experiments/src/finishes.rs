@@ -25,12 +25,16 @@ pub struct FinishShots {
 }
 
 impl FinishShots {
-    /// What the model in the repository has learned from: 3000 lights, 44 balls in each, seed 2.
+    /// What the model in the repository has learned from: 7000 lights, invented ones among them, 20
+    /// balls in each, seed 2.
     pub const LEARNED: Self = Self {
-        lights: 3000,
-        balls: 44,
+        lights: 7000,
+        balls: 20,
         seed: 2,
-        nuisances: Nuisances::ALL,
+        nuisances: Nuisances {
+            invented: true,
+            ..Nuisances::ALL
+        },
     };
 
     /// What it is judged on: 150 lights, 4 balls in each, seed 77.

@@ -96,10 +96,10 @@ pub struct FinishLearning {
 }
 
 impl Default for FinishLearning {
-    /// Eight epochs of batches of 64, a rate of 0.003, a decay of 0.01, seed 1.
+    /// Twelve epochs of batches of 64, a rate of 0.003, a decay of 0.01, seed 1.
     fn default() -> Self {
         Self {
-            epochs: 8,
+            epochs: 12,
             batch: 64,
             rate: 3e-3,
             decay: 1e-2,

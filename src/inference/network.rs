@@ -11,8 +11,8 @@ use crate::{Error, Result};
 ///
 /// Four convolutions of 3 × 3 pixels follow each other, each taken at every second pixel and
 /// followed by a rectifier max(0, x), so that a picture of 64 pixels a side becomes 4 × 4 places of
-/// 112 channels. The mean and the largest value of each channel and the statistics go through a dense
-/// layer of 64 rectified units; a second dense layer gives the outputs. (The scheme is that of `LeNet`,
+/// 128 channels. The mean and the largest value of each channel and the statistics go through a dense
+/// layer of 96 rectified units; a second dense layer gives the outputs. (The scheme is that of `LeNet`,
 /// LeCun et al. 1998, doi:10.1109/5.726791; weights begin as He et al. 2015 draw them,
 /// doi:10.1109/ICCV.2015.123.)
 ///
@@ -41,10 +41,10 @@ struct Layer {
 }
 
 /// Channels after each convolution.
-const CHANNELS: [usize; 4] = [24, 48, 80, 112];
+const CHANNELS: [usize; 4] = [32, 64, 96, 128];
 
 /// Units of the hidden dense layer.
-const HIDDEN: usize = 64;
+const HIDDEN: usize = 96;
 
 /// What is kept of a picture on its way through, for the way back.
 struct Trace {

@@ -82,9 +82,7 @@ impl Settings {
             })
         }
     }
-}
 
-impl Settings {
     /// What the pixels of a picture are the means of.
     pub(super) fn samples(&self, camera: &Camera) -> Result<Samples> {
         let (size, samples) = (self.size, self.pixel_samples);

@@ -1,10 +1,13 @@
 //! The light in which simulated photographs are taken.
 
+use std::borrow::Cow;
+
 use lobes::glam::{DMat3, DVec3};
 
 use super::draw::{Draw, mix, smoothstep, times};
 use super::noise::Noise;
 use super::nuisances::Nuisances;
+use super::place::invented;
 use lobes::Result;
 use lobes::illumination::{EnvironmentMap, Luminance};
 
@@ -122,8 +125,17 @@ pub(super) struct Light {
 }
 
 /// Pixels of the map: finer than what a mirror of 160 pixels shows in its middle.
-const WIDTH: usize = 512;
-const HEIGHT: usize = 256;
+pub(super) const WIDTH: usize = 512;
+pub(super) const HEIGHT: usize = 256;
+
+/// The direction in which a pixel of such a map lies: the centre column looks along −z, with +x to
+/// its right.
+pub(super) fn direction(row: usize, column: usize) -> DVec3 {
+    let theta = std::f64::consts::PI * (row as f64 + 0.5) / HEIGHT as f64;
+    let phi = std::f64::consts::TAU * ((column as f64 + 0.5) / WIDTH as f64 - 0.5);
+    let (st, ct) = theta.sin_cos();
+    DVec3::new(st * phi.sin(), ct, -st * phi.cos())
+}
 
 impl Light {
     /// Light about one of `environments`, or of a studio.
@@ -147,18 +159,26 @@ impl Light {
             DVec3::new(d.x, ce * d.y + se * d.z, -se * d.y + ce * d.z)
         };
         let world = |d: DVec3| DVec3::new(mirror * (ca * d.x + sa * d.z), d.y, ca * d.z - sa * d.x);
+        let place = |draw: &mut Draw| -> Result<Cow<EnvironmentMap>> {
+            // Two in five are as they were measured.
+            Ok(if nuisances.invented && draw.chance(0.6) {
+                Cow::Owned(invented(environments, draw)?)
+            } else {
+                Cow::Borrowed(&environments[draw.index(environments.len())])
+            })
+        };
         let environment = if studio || environments.is_empty() {
             None
         } else {
-            Some(&environments[draw.index(environments.len())])
+            Some(place(draw)?)
         };
         // Of mean luminance one.
         let even = |map: &EnvironmentMap| 1.0 / Luminance::Rec709.of(map.mean()).max(1e-9);
-        let scale = environment.map_or(1.0, even);
+        let scale = environment.as_deref().map_or(1.0, even);
         // Two places, joined: light that nobody measured, of which every part was.
         let joined = if staged && environment.is_some() && draw.chance(0.4) {
-            let other = &environments[draw.index(environments.len())];
-            let strength = even(other) * draw.log_between(0.3, 3.0);
+            let other = place(draw)?;
+            let strength = even(&other) * draw.log_between(0.3, 3.0);
             let (axis, turn) = (draw.direction(), draw.between(0.0, std::f64::consts::TAU));
             Some((
                 other,
@@ -253,7 +273,7 @@ impl Light {
         let person_colour = draw.colour(person_saturation, person_value);
         let radiance = |d: DVec3| -> [f64; 3] {
             let up = level(d);
-            let mut light = match environment {
+            let mut light = match &environment {
                 Some(map) => {
                     let first = map.radiance(world(up)).map(|v| v * scale);
                     match &joined {
@@ -304,14 +324,7 @@ impl Light {
             times(light, tint)
         };
         let pixels = (0..WIDTH * HEIGHT)
-            .map(|i| {
-                let (row, column) = (i / WIDTH, i % WIDTH);
-                let theta = std::f64::consts::PI * (row as f64 + 0.5) / HEIGHT as f64;
-                let phi = std::f64::consts::TAU * ((column as f64 + 0.5) / WIDTH as f64 - 0.5);
-                let (st, ct) = theta.sin_cos();
-                // The centre column looks along −z, with +x to its right.
-                radiance(DVec3::new(st * phi.sin(), ct, -st * phi.cos()))
-            })
+            .map(|i| radiance(direction(i / WIDTH, i % WIDTH)))
             .collect();
         let map = EnvironmentMap::new("simulated", WIDTH, HEIGHT, pixels)?;
         if !nuisances.backdrop {

@@ -12,6 +12,7 @@ mod light;
 mod noise;
 mod nuisances;
 mod photograph;
+mod place;
 mod surface;
 mod things;
 

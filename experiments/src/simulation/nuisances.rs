@@ -18,10 +18,13 @@ pub struct Nuisances {
     /// A circle whose centre is off by 1 % of its radius each way, and its radius by 1.5 %
     /// (standard deviations).
     pub outline: bool,
+    /// Places that are not there: measured light that is altered, and dead leaves. Models learn from
+    /// them; none is judged in them.
+    pub invented: bool,
 }
 
 impl Nuisances {
-    /// Everything at once.
+    /// Everything at once, in light that was measured.
     pub const ALL: Self = Self {
         colour: true,
         texture: true,
@@ -30,6 +33,7 @@ impl Nuisances {
         backdrop: true,
         camera: true,
         outline: true,
+        invented: false,
     };
 
     /// Plain grey balls in measured light, before black, in sRGB.
@@ -41,6 +45,7 @@ impl Nuisances {
         backdrop: false,
         camera: false,
         outline: false,
+        invented: false,
     };
 
     /// What tables list: nothing, each nuisance alone, and all together, with their names.

@@ -116,7 +116,7 @@ fn the_model_is_what_its_provenance_says() {
         lights: number("first_lights"),
         balls: number("balls"),
         seed: provenance["seed"].as_u64().unwrap(),
-        nuisances: Nuisances::ALL,
+        ..FinishShots::LEARNED
     };
     let samples = finish_samples(&maps, &shots, Parallelism::Rayon, &|| ()).unwrap();
     let model = FinishModel::builtin().unwrap();

@@ -49,11 +49,19 @@ impl Edges {
     }
 }
 
+/// How much a picture changes at a place, and the direction in which it does so most.
+#[derive(Debug, Clone, Copy, Default)]
+struct Gradient {
+    size: f64,
+    cos: f64,
+    sin: f64,
+}
+
 /// The gradient of three channels as one: the direction in which they change most together (Di
 /// Zenzo 1986, 10.1016/0734-189X(86)90223-9), and by how much. Scharr's differences, whose
 /// directions are the best of 3 × 3.
-fn gradients(values: &[[f64; 3]], width: usize, height: usize) -> Vec<(f64, f64)> {
-    let mut field = vec![(0.0, 0.0); width * height];
+fn gradients(values: &[[f64; 3]], width: usize, height: usize) -> Vec<Gradient> {
+    let mut field = vec![Gradient::default(); width * height];
     for y in 1..height.saturating_sub(1) {
         for x in 1..width.saturating_sub(1) {
             let at = |dx: usize, dy: usize| &values[(y + dy - 1) * width + x + dx - 1];
@@ -68,19 +76,28 @@ fn gradients(values: &[[f64; 3]], width: usize, height: usize) -> Vec<(f64, f64)
                 xy += right * down;
                 yy += down * down;
             }
-            let spread = (0.5 * (xx - yy)).hypot(xy);
+            let apart = 0.5 * (xx - yy);
+            let spread = (apart * apart + xy * xy).sqrt();
             let size = (0.5 * (xx + yy) + spread).sqrt();
-            let angle = 0.5 * f64::atan2(2.0 * xy, xx - yy);
-            let (sin, cos) = angle.sin_cos();
-            field[y * width + x] = (size * cos, size * sin);
+            // Half the angle whose cosine is apart/spread and whose sine is xy/spread; of its cosine and
+            // its sine that is taken first which is not small.
+            let larger = (0.5 + 0.5 * apart.abs() / spread).sqrt();
+            let smaller = 0.5 * xy / (spread * larger);
+            let (cos, sin) = if spread == 0.0 {
+                (1.0, 0.0)
+            } else if apart >= 0.0 {
+                (larger, smaller)
+            } else {
+                (smaller.abs(), larger.copysign(xy))
+            };
+            field[y * width + x] = Gradient { size, cos, sin };
         }
     }
     field
 }
 
 /// The places where the gradient is largest along itself, to a part of a pixel.
-fn thinned(field: &[(f64, f64)], width: usize, height: usize) -> Vec<Edge> {
-    let sizes: Vec<f64> = field.iter().map(|(x, y)| x.hypot(*y)).collect();
+fn thinned(field: &[Gradient], width: usize, height: usize) -> Vec<Edge> {
     let mut edges = Vec::new();
     if width < 5 || height < 5 {
         return edges;
@@ -89,12 +106,11 @@ fn thinned(field: &[(f64, f64)], width: usize, height: usize) -> Vec<Edge> {
     const FAINTEST: f64 = 1e-3;
     for y in 1..height - 1 {
         for x in 1..width - 1 {
-            let i = y * width + x;
-            let size = sizes[i];
+            let Gradient { size, cos, sin } = field[y * width + x];
             if size < FAINTEST {
                 continue;
             }
-            let normal = (field[i].0 / size, field[i].1 / size);
+            let normal = (cos, sin);
             // Between the two neighbours that the normal passes.
             let beside = |sign: f64| {
                 let (dx, dy) = (sign * normal.0, sign * normal.1);
@@ -104,7 +120,7 @@ fn thinned(field: &[(f64, f64)], width: usize, height: usize) -> Vec<Edge> {
                     ((0.0, dy.signum()), (dx.signum(), 0.0), (dx / dy).abs())
                 };
                 let value = |p: (f64, f64)| {
-                    sizes[(y as f64 + p.1) as usize * width + (x as f64 + p.0) as usize]
+                    field[(y as f64 + p.1) as usize * width + (x as f64 + p.0) as usize].size
                 };
                 let diagonal = (step.0 + side.0, step.1 + side.1);
                 (1.0 - part) * value(step) + part * value(diagonal)
@@ -136,4 +152,30 @@ fn thinned(field: &[(f64, f64)], width: usize, height: usize) -> Vec<Edge> {
         edge.strength /= edge.strength + strong;
     }
     edges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plane changes towards where it rises, and by its slope; of the two directions along that
+    /// line the one to the right is given, and a line from top to bottom may have either.
+    #[test]
+    fn the_gradient_of_a_plane_is_its_slope() {
+        for step in 0..360 {
+            let (sin, cos) = f64::from(step).to_radians().sin_cos();
+            let plane = |i: usize| 0.01 * (cos * (i % 5) as f64 + sin * (i / 5) as f64);
+            let values: Vec<[f64; 3]> = (0..25).map(|i| [plane(i); 3]).collect();
+            let Gradient {
+                size,
+                cos: x,
+                sin: y,
+            } = gradients(&values, 5, 5)[12];
+            assert!((size - 0.01 * 3f64.sqrt()).abs() < 1e-12);
+            assert!((x * cos + y * sin).abs() > 1.0 - 1e-12, "{step}: {x}, {y}");
+            assert!(x >= 0.0 && (x * x + y * y - 1.0).abs() < 1e-12);
+        }
+        // What does not change has none.
+        assert_eq!(gradients(&[[0.5; 3]; 25], 5, 5)[12].size, 0.0);
+    }
 }

@@ -98,6 +98,34 @@ fn lowest<S: Simd>(simd: S, height: f64x8<S>, beside: f64x8<S>, radius: f64x8<S>
     (splat(-0.5).simd_lt(height) & radius.simd_lt(splat(1.0))).select(turned.max(plain), plain)
 }
 
+/// Bounds of the heights of the lights of a complex neighbourhood.
+struct Heights<S: Simd> {
+    /// No real direction x of it is lower, and none is farther from the normal's axis.
+    low: f64x8<S>,
+    sideways: f64x8<S>,
+    /// The real part of a height is at least this, its size at most that.
+    least: f64x8<S>,
+    top: f64x8<S>,
+}
+
+impl<S: Simd> Heights<S> {
+    /// About a direction of this height.
+    #[inline(always)]
+    fn near(simd: S, height: f64x8<S>, beside: f64x8<S>, near: Neighbourhood<S>) -> Self {
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let low = lowest(simd, height, beside, near.real);
+        let top = (height.abs() + near.real).min(one);
+        let top = near.growth.mul_add(top, top) + near.shift;
+        Self {
+            low,
+            sideways: (beside + near.real).min(one),
+            least: low + (low.min(zero) * near.growth - near.shift),
+            // √(a² + b²) ≤ max + (√2 − 1) min.
+            top: top.max(near.imaginary) + top.min(near.imaginary) * 0.4143,
+        }
+    }
+}
+
 impl HalfVector {
     pub(super) fn new(normal: DVec3, view: DVec3) -> Self {
         let cosine = normal.dot(view);
@@ -219,14 +247,15 @@ impl HalfVector {
             shift,
             imaginary,
         } = near;
-        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
-        let low = lowest(simd, at.height, at.beside, real);
-        let sideways = (at.beside + real).min(one);
-        let least = low + (low.min(zero) * growth - shift);
+        let Heights {
+            sideways,
+            least,
+            top,
+            ..
+        } = Heights::near(simd, at.height, at.beside, near);
+        let zero = f64x8::splat(simd, 0.0);
         let moved = real + growth + shift;
         let longest = at.length + moved;
-        let top = (at.height.abs() + real).min(one);
-        let top = growth.mul_add(top, top) + shift;
         LengthsRange {
             up: least + f64x8::splat(simd, self.cosine),
             tangent: (at.tangent - real - growth * sideways - shift).max(zero),
@@ -234,8 +263,7 @@ impl HalfVector {
             square: longest.mul_add(longest, imaginary * imaginary),
             least,
             imaginary: imaginary * sideways,
-            // √(a² + b²) ≤ max + (√2 − 1) min.
-            top: top.max(imaginary) + top.min(imaginary) * 0.4143,
+            top,
             length: at.length,
             away: moved.mul_add(moved, imaginary * imaginary).sqrt(),
         }
@@ -319,15 +347,18 @@ impl HalfVector {
         } = near;
         let (zero, one) = (splat(0.0), splat(1.0));
         let cosine = splat(self.cosine);
-        // Of the real direction x: its height, how far its slope is from the centre's, its slope,
-        // √(1 + slope²) and its distance from the normal's axis.
-        let low = lowest(simd, at.height, at.beside, real);
+        let Heights {
+            low,
+            sideways,
+            least,
+            top,
+        } = Heights::near(simd, at.height, at.beside, near);
+        // Of the real direction x: how far its slope is from the centre's, its slope, and
+        // √(1 + slope²).
         let moved = at.long * real / (low + cosine);
         let steep = at.slope + moved;
         let long = (at.long + moved).min(steep.mul_add(steep * 0.5, one));
-        let sideways = (at.beside + real).min(one);
         // From x to the complex vector.
-        let least = low + (low.min(zero) * growth - shift);
         let up = least + cosine;
         let recip = one / up;
         let turned = imaginary * recip;
@@ -337,16 +368,13 @@ impl HalfVector {
         let rest = (at.slope - moved - more).max(zero);
         let steep = steep + more;
         let stretch = steep.mul_add(steep, turned.mul_add(turned, one));
-        let top = (at.height.abs() + real).min(one);
-        let top = growth.mul_add(top, top) + shift;
         let longest = (growth + shift + imaginary + 2.0) * recip;
         HalfRange {
             exponent: turned.mul_add(turned, -(rest * rest)),
             stretch: stretch.min(longest * longest),
             up,
             least,
-            // √(a² + b²) ≤ max + (√2 − 1) min.
-            top: top.max(imaginary) + top.min(imaginary) * 0.4143,
+            top,
         }
     }
 
