@@ -128,9 +128,9 @@ fn the_model_is_what_its_provenance_says() {
     assert!((found - expected).abs() < 0.01, "{found}, not {expected}");
 }
 
-/// Under maps and seeds that the model has never seen. docs/explanation/photographs.md has 82.8 %
-/// right of 600, and 96.7 % of those that it is sure of: a model as good as that is right in fewer
-/// than 120 of 160 once in two hundred times.
+/// Under maps and seeds that the model has never seen. docs/explanation/photographs.md has 86.5 %
+/// right of 600, and 97.0 % of those that it is sure of: a model as good as that is right in fewer
+/// than 127 of 160 once in two hundred times.
 #[test]
 fn finishes_are_told_under_unseen_light() {
     let (_, maps) = learned_and_judged(builtin().unwrap());
@@ -142,7 +142,7 @@ fn finishes_are_told_under_unseen_light() {
     let rayon = Parallelism::Rayon;
     let table = judge_finishes(&model, &maps, &shots, Outline::Told, rayon, &|| ()).unwrap();
     assert_eq!(table.count(), 160);
-    assert!(table.right() >= 120, "{table:?}");
+    assert!(table.right() >= 127, "{table:?}");
     let (sure, right) = table.sure();
     assert!(
         right as f64 >= 0.85 * sure as f64 && sure > 30,
