@@ -7,7 +7,7 @@ use lobes::glam::{DMat3, DVec3};
 use super::draw::{Draw, mix, smoothstep, times};
 use super::noise::Noise;
 use super::nuisances::Nuisances;
-use super::place::invented;
+use super::place::{HEIGHT, WIDTH, direction, invented};
 use lobes::Result;
 use lobes::illumination::{EnvironmentMap, Luminance};
 
@@ -122,19 +122,6 @@ pub(super) enum Backdrop {
 pub(super) struct Light {
     pub(super) map: EnvironmentMap,
     pub(super) backdrop: Backdrop,
-}
-
-/// Pixels of the map: finer than what a mirror of 160 pixels shows in its middle.
-pub(super) const WIDTH: usize = 512;
-pub(super) const HEIGHT: usize = 256;
-
-/// The direction in which a pixel of such a map lies: the centre column looks along −z, with +x to
-/// its right.
-pub(super) fn direction(row: usize, column: usize) -> DVec3 {
-    let theta = std::f64::consts::PI * (row as f64 + 0.5) / HEIGHT as f64;
-    let phi = std::f64::consts::TAU * ((column as f64 + 0.5) / WIDTH as f64 - 0.5);
-    let (st, ct) = theta.sin_cos();
-    DVec3::new(st * phi.sin(), ct, -st * phi.cos())
 }
 
 impl Light {

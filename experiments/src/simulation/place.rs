@@ -1,4 +1,4 @@
-//! Places whose light nobody measured.
+//! The map of a place, and places whose light nobody measured.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,8 +7,20 @@ use lobes::glam::DVec3;
 use lobes::illumination::{EnvironmentMap, Luminance};
 
 use super::draw::{Draw, mix, smoothstep};
-use super::light::{HEIGHT, WIDTH, direction};
 use super::noise::Noise;
+
+/// Pixels of the map: finer than what a mirror of 160 pixels shows in its middle.
+pub(super) const WIDTH: usize = 512;
+pub(super) const HEIGHT: usize = 256;
+
+/// The direction in which a pixel of such a map lies: the centre column looks along −z, with +x to
+/// its right.
+pub(super) fn direction(row: usize, column: usize) -> DVec3 {
+    let theta = std::f64::consts::PI * (row as f64 + 0.5) / HEIGHT as f64;
+    let phi = std::f64::consts::TAU * ((column as f64 + 0.5) / WIDTH as f64 - 0.5);
+    let (st, ct) = theta.sin_cos();
+    DVec3::new(st * phi.sin(), ct, -st * phi.cos())
+}
 
 /// The light of a place that is not there: one of `environments`, altered, or dead
 /// leaves.
