@@ -15,9 +15,12 @@
 //! tolerance, or if an estimate is less than half the error of its cell (but not of many pixels,
 //! with `--itself`). Cells that are done are told on standard error.
 
+mod arguments;
+
 use std::process::ExitCode;
 use std::time::Instant;
 
+use arguments::list;
 use lobes::glam::DVec3;
 use lobes::illumination::{EnvironmentMap, builtin};
 use lobes::reflectance::{Material, Variant};
@@ -80,24 +83,6 @@ fn sunny() -> Result<EnvironmentMap> {
         .collect();
     pixels[70 * 512 + 200] = [1.5e5; 3];
     EnvironmentMap::new("one-pixel-sun", 512, 256, pixels)
-}
-
-/// What follows `--name`, split at commas.
-fn list<T: std::str::FromStr + Clone>(name: &str, default: &[T]) -> Result<Vec<T>> {
-    let arguments: Vec<String> = std::env::args().collect();
-    let Some(at) = arguments.iter().position(|argument| argument == name) else {
-        return Ok(default.to_vec());
-    };
-    let bad = || Error::Syntax {
-        what: "list of values",
-        text: name.into(),
-        needs: "values with commas between them",
-    };
-    let values = arguments.get(at + 1).ok_or_else(bad)?;
-    values
-        .split(',')
-        .map(|value| value.parse().map_err(|_| bad()))
-        .collect()
 }
 
 impl Options {

@@ -16,14 +16,13 @@ pub(super) const HEIGHT: usize = 256;
 /// The direction in which a pixel of such a map lies: the centre column looks along −z, with +x to
 /// its right.
 pub(super) fn direction(row: usize, column: usize) -> DVec3 {
-    let theta = std::f64::consts::PI * (row as f64 + 0.5) / HEIGHT as f64;
-    let phi = std::f64::consts::TAU * ((column as f64 + 0.5) / WIDTH as f64 - 0.5);
+    let theta = PI * (row as f64 + 0.5) / HEIGHT as f64;
+    let phi = TAU * ((column as f64 + 0.5) / WIDTH as f64 - 0.5);
     let (st, ct) = theta.sin_cos();
     DVec3::new(st * phi.sin(), ct, -st * phi.cos())
 }
 
-/// The light of a place that is not there: one of `environments`, altered, or dead
-/// leaves.
+/// The light of a place that is not there: one of `environments`, altered, or dead leaves.
 pub(super) fn invented(environments: &[EnvironmentMap], draw: &mut Draw) -> Result<EnvironmentMap> {
     if environments.is_empty() || draw.chance(0.45) {
         dead_leaves(draw)
@@ -129,12 +128,18 @@ impl Leaf {
     }
 }
 
+/// Of sizes between two that are distributed as 1/r³, the one below which a share of them lies.
+fn size([smallest, largest]: [f64; 2], share: f64) -> f64 {
+    let (near, far) = (smallest.powi(-2), largest.powi(-2));
+    (near + (far - near) * share).powf(-0.5)
+}
+
 /// Leaves that have fallen on each other: discs and rectangles whose sizes are distributed as
 /// 1/r³, each of a random radiance.
 ///
 /// Such a picture looks alike at any scale, and its power falls as 1/l², as that of natural light
-/// does (Lee, Mumford and Huang 2001, doi:10.1023/A:1011109015675). Half of them lie below a sky of
-/// large ones; small bright ones, which lie on top, are lamps.
+/// does (Lee, Mumford and Huang 2001, doi:10.1023/A:1011109015675). Half of such places have a sky,
+/// which holds few leaves and large ones; small bright ones, which lie on top, are lamps.
 fn dead_leaves(draw: &mut Draw) -> Result<EnvironmentMap> {
     let spread = draw.between(0.3, 1.5);
     let rise = draw.between(-0.3, 1.2);
@@ -157,12 +162,8 @@ fn dead_leaves(draw: &mut Draw) -> Result<EnvironmentMap> {
             base.map(|v| if above { v * brighter } else { v })
         })
         .collect();
-    // The distribution function of 1/r³, turned round; the largest lie below.
     let mut sizes: Vec<f64> = (0..count)
-        .map(|_| {
-            let (near, far) = (smallest.powi(-2), largest.powi(-2));
-            (near + (far - near) * draw.unit()).powf(-0.5)
-        })
+        .map(|_| size([smallest, largest], draw.unit()))
         .collect();
     // Without order every scale hides every other; in half of the places small things lie on top.
     if draw.chance(0.5) {
@@ -268,7 +269,34 @@ mod tests {
         assert!(least > low - 0.4 && most < high + 0.4, "{least} … {most}");
     }
 
-    /// An altered map keeps its mean colour's order of size and is nowhere negative.
+    /// ∫ r⁻³ dr from the smallest size to what is given for a share is that share of the whole, by
+    /// midpoints.
+    #[test]
+    fn sizes_are_distributed_as_their_inverse_cubes() {
+        let (low, high) = (0.02, 0.7);
+        let integral = |to: f64| {
+            let step = (to - low) / 1e5;
+            let middles = (0..100_000).map(|i| low + step * (f64::from(i) + 0.5));
+            middles.map(|r| step * r.powi(-3)).sum::<f64>()
+        };
+        for share in [0.1, 0.5, 0.9, 0.999, 1.0] {
+            let part = integral(size([low, high], share)) / integral(high);
+            assert!((part - share).abs() < 1e-5, "{share}: {part}");
+        }
+    }
+
+    /// A pixel lies where a map of that size has it.
+    #[test]
+    fn directions_are_those_of_a_map() {
+        let pixels = vec![[1.0; 3]; WIDTH * HEIGHT];
+        let map = EnvironmentMap::new("even", WIDTH, HEIGHT, pixels).unwrap();
+        for (row, column) in [(0, 0), (3, 500), (128, 256), (200, 77), (255, 511)] {
+            let off = direction(row, column) - map.direction(row, column);
+            assert!(off.length() < 1e-14, "{row}, {column}: {off}");
+        }
+    }
+
+    /// An altered map is nowhere negative and not black.
     #[test]
     fn an_altered_map_is_light() {
         let maps = builtin().unwrap();
