@@ -1,12 +1,20 @@
 //! Materials of Lambert's lobe and the GGX lobe.
 
+use glam::DVec3;
+
+use super::direction::UNIT_TOLERANCE;
 use super::fresnel::Fresnel;
 use super::ggx::{Ggx, MIN_ALPHA};
 use super::material::Material;
 use crate::{Error, Result};
 
 /// A surface of facets distributed as GGX has it over a matte body: an albedo `ρ_d` and a
-/// [`Fresnel`] reflectance for each of three linear channels, and one width α.
+/// [`Fresnel`] reflectance for each of three linear channels, and one width α, or two.
+///
+/// Two widths need tangents. They lie as on what was turned on a lathe: at a normal n the tangent +x
+/// is the direction of axis × n, along the circles about the [`axis`](Self::axis), and +y = n × x,
+/// towards the axis' upper end. Grooves along the circles make the slopes across them the wider
+/// ones: `α_y` > `α_x`. Where n is the axis itself any tangent is taken for +x.
 ///
 /// The radiance towards a view is that of Lambert's lobe times `ρ_d` plus that of a [`Ggx`] lobe
 /// whose facets reflect as said. What the facets let through is not followed into the body and out
@@ -21,13 +29,18 @@ use crate::{Error, Result};
 /// assert!(gold.fresnel()[0].reflectance(1.0) > 0.9);
 /// // A mirror of it.
 /// assert!(GgxMaterial::new("gold", [0.0; 3], 0.0, fresnel)?.lobes().is_none());
+/// // Turned on a lathe.
+/// let axis = lobes::glam::DVec3::Y;
+/// let turned = GgxMaterial::anisotropic("gold", [0.0; 3], [0.05, 0.2], axis, fresnel)?;
+/// assert_eq!(turned.alpha(), [0.05, 0.2]);
 /// # Ok::<(), lobes::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct GgxMaterial {
     name: String,
     diffuse: [f64; 3],
-    alpha: f64,
+    alpha: [f64; 2],
+    axis: DVec3,
     fresnel: [Fresnel; 3],
 }
 
@@ -44,13 +57,46 @@ impl GgxMaterial {
         alpha: f64,
         fresnel: [Fresnel; 3],
     ) -> Result<Self> {
-        if alpha != 0.0 && !(MIN_ALPHA..=1.0).contains(&alpha) {
+        if alpha != 0.0 {
+            check_width(alpha, "0 (a mirror) or in [0.001, 1]")?;
+        }
+        Self::checked(name.into(), diffuse, [alpha; 2], DVec3::Y, fresnel)
+    }
+
+    /// A material of two widths, `α_x` along the circles about an axis of the world and `α_y` across
+    /// them; the axis is of unit length.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] if a width is not in [[`MIN_ALPHA`], 1], the axis is not of unit length (its
+    /// square within 10⁻⁶ of 1), and as [`new`](Self::new).
+    pub fn anisotropic(
+        name: impl Into<String>,
+        diffuse: [f64; 3],
+        alpha: [f64; 2],
+        axis: DVec3,
+        fresnel: [Fresnel; 3],
+    ) -> Result<Self> {
+        for width in alpha {
+            check_width(width, "in [0.001, 1] (a mirror has one width, 0)")?;
+        }
+        let square = axis.length_squared();
+        if !((square - 1.0).abs() <= UNIT_TOLERANCE) {
             return Err(Error::Domain {
-                what: "the width α of a GGX material",
-                value: alpha,
-                allowed: "0 (a mirror) or in [0.001, 1]",
+                what: "the square of the length of a material's axis",
+                value: square,
+                allowed: "1 to within 10⁻⁶",
             });
         }
+        Self::checked(name.into(), diffuse, alpha, axis, fresnel)
+    }
+
+    fn checked(
+        name: String,
+        diffuse: [f64; 3],
+        alpha: [f64; 2],
+        axis: DVec3,
+        fresnel: [Fresnel; 3],
+    ) -> Result<Self> {
         for (diffuse, fresnel) in diffuse.into_iter().zip(fresnel) {
             fresnel.check()?;
             if !(0.0..=1.0).contains(&diffuse) {
@@ -70,9 +116,10 @@ impl GgxMaterial {
             }
         }
         Ok(Self {
-            name: name.into(),
+            name,
             diffuse,
             alpha,
+            axis,
             fresnel,
         })
     }
@@ -86,7 +133,7 @@ impl GgxMaterial {
     /// use lobes::reflectance::{Fresnel, GgxMaterial, Material};
     /// let plastic = Material::plastic("p", [0.5; 3], 0.04, 0.1)?;
     /// let same = GgxMaterial::from_ward(&plastic)?;
-    /// assert_eq!((same.alpha(), same.fresnel()[0]), (0.1, Fresnel::Schlick { normal: 0.04 }));
+    /// assert_eq!((same.alpha(), same.fresnel()[0]), ([0.1; 2], Fresnel::Schlick { normal: 0.04 }));
     /// # Ok::<(), lobes::Error>(())
     /// ```
     ///
@@ -113,9 +160,26 @@ impl GgxMaterial {
         self.diffuse
     }
 
-    /// α; 0 for a mirror.
-    pub fn alpha(&self) -> f64 {
+    /// The widths (`α_x`, `α_y`); equal for an isotropic lobe, 0 for a mirror.
+    pub fn alpha(&self) -> [f64; 2] {
         self.alpha
+    }
+
+    /// The axis about whose circles the tangents lie, a unit vector of the world: +y where none was
+    /// given. It says something where the two widths differ only.
+    pub fn axis(&self) -> DVec3 {
+        self.axis
+    }
+
+    /// The tangent +x at a normal: of unit length, and perpendicular to the normal.
+    pub fn tangent(&self, normal: DVec3) -> DVec3 {
+        let across = self.axis.cross(normal);
+        // Where they are parallel but for rounding there is no direction.
+        if across.length_squared() > 1e-24 {
+            across.reject_from_normalized(normal).normalize()
+        } else {
+            normal.any_orthonormal_vector()
+        }
     }
 
     /// The reflectances of the facets for red, green and blue.
@@ -123,11 +187,22 @@ impl GgxMaterial {
         self.fresnel
     }
 
-    /// The lobes of red, green and blue; none of a mirror.
+    /// The lobes of red, green and blue in the frame of [`tangent`](Self::tangent); none of a mirror.
     pub fn lobes(&self) -> Option<[Ggx; 3]> {
         let [red, green, blue] = self
             .fresnel
-            .map(|fresnel| Ggx::isotropic(self.alpha, fresnel).ok());
+            .map(|fresnel| Ggx::anisotropic(self.alpha[0], self.alpha[1], fresnel).ok());
         Some([red?, green?, blue?])
     }
+}
+
+fn check_width(alpha: f64, allowed: &'static str) -> Result<()> {
+    if (MIN_ALPHA..=1.0).contains(&alpha) {
+        return Ok(());
+    }
+    Err(Error::Domain {
+        what: "the width α of a GGX material",
+        value: alpha,
+        allowed,
+    })
 }

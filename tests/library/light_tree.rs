@@ -196,7 +196,7 @@ fn brute_force(
     enough: f64,
 ) -> [f64; 3] {
     let lobes = material.lobes().unwrap();
-    let along = (point.view - point.normal * point.view.dot(point.normal)).normalize();
+    let along = material.tangent(point.normal);
     let across = point.normal.cross(along);
     let local = |d: DVec3| DVec3::new(d.dot(along), d.dot(across), d.dot(point.normal));
     let view = local(point.view);
@@ -236,25 +236,37 @@ fn brute_force(
     sum
 }
 
+/// A material of these widths, about an axis that is no axis of the map.
+fn facets(diffuse: [f64; 3], widths: [f64; 2], fresnel: [Fresnel; 3]) -> GgxMaterial {
+    let axis = DVec3::new(0.48, 0.6, 0.64);
+    GgxMaterial::anisotropic("m", diffuse, widths, axis, fresnel).unwrap()
+}
+
 #[test]
 fn ggx_is_within_its_bounds_of_brute_force() {
     let gold = [(0.168, 3.138), (0.350, 2.714), (1.508, 1.879)]
         .map(|(index, extinction)| Fresnel::Conductor { index, extinction });
     let surfaces = [
-        (0.05, [Fresnel::Schlick { normal: 0.9 }; 3], [0.0; 3]),
-        (0.2, gold, [0.0; 3]),
+        ([0.05; 2], [Fresnel::Schlick { normal: 0.9 }; 3], [0.0; 3]),
+        ([0.2; 2], gold, [0.0; 3]),
         (
-            0.4,
+            [0.4; 2],
             [Fresnel::Dielectric { index: 1.5 }; 3],
             [0.6, 0.3, 0.1],
         ),
-        (1.0, [Fresnel::Constant(1.0); 3], [0.0; 3]),
+        ([1.0; 2], [Fresnel::Constant(1.0); 3], [0.0; 3]),
+        ([0.1, 0.5], gold, [0.0; 3]),
+        (
+            [0.9, 0.15],
+            [Fresnel::Dielectric { index: 1.5 }; 3],
+            [0.1, 0.3, 0.6],
+        ),
     ];
     for map in maps() {
         let tree = LightTree::new(&map, Parallelism::Sequential).unwrap();
         let points = points(4);
         for (alpha, fresnel, diffuse) in surfaces {
-            let material = GgxMaterial::new("m", diffuse, alpha, fresnel).unwrap();
+            let material = facets(diffuse, alpha, fresnel);
             let floor = 0.01 * mean(&map.mean());
             let truth = Parallelism::Rayon.map(points.len(), |index| {
                 brute_force(&map, &material, &points[index], 1e-3 * floor)
@@ -265,7 +277,7 @@ fn ggx_is_within_its_bounds_of_brute_force() {
                     .radiance(surface, &points, tolerance, Parallelism::Rayon)
                     .unwrap();
                 for (index, (got, want)) in got.iter().zip(&truth).enumerate() {
-                    let what = format!("{} α {alpha} to {tolerance}, point {index}", map.name());
+                    let what = format!("{} α {alpha:?} to {tolerance}, point {index}", map.name());
                     check(got, want, 1e-3 * floor, floor, tolerance, &what);
                 }
             }
@@ -279,25 +291,30 @@ fn ggx_shows_its_albedo_in_a_furnace() {
     let tree = LightTree::new(&map, Parallelism::Sequential).unwrap();
     let points = points(6);
     for (alpha, fresnel) in [
-        (0.001, Fresnel::Constant(1.0)),
-        (0.05, Fresnel::Dielectric { index: 1.5 }),
-        (0.3, Fresnel::Schlick { normal: 0.04 }),
+        ([0.001; 2], Fresnel::Constant(1.0)),
+        ([0.05; 2], Fresnel::Dielectric { index: 1.5 }),
+        ([0.3; 2], Fresnel::Schlick { normal: 0.04 }),
         (
-            1.0,
+            [1.0; 2],
             Fresnel::Conductor {
                 index: 0.2,
                 extinction: 3.0,
             },
         ),
+        ([0.1, 0.4], Fresnel::Constant(1.0)),
+        ([1.0, 0.02], Fresnel::Dielectric { index: 1.5 }),
     ] {
-        let material = GgxMaterial::new("m", [0.0; 3], alpha, [fresnel; 3]).unwrap();
-        let lobe = Ggx::isotropic(alpha, fresnel).unwrap();
+        let material = facets([0.0; 3], alpha, [fresnel; 3]);
+        let lobe = Ggx::anisotropic(alpha[0], alpha[1], fresnel).unwrap();
         let got = tree
             .radiance(Surface::Ggx(&material), &points, 1e-6, Parallelism::Rayon)
             .unwrap();
         for (got, point) in got.iter().zip(&points) {
-            let want = lobe.albedo(point.normal.dot(point.view));
-            check(got, &[want; 3], 1e-9, 0.01, 1e-6, &format!("α {alpha}"));
+            let along = material.tangent(point.normal);
+            let across = point.normal.cross(along);
+            let view = [along, across, point.normal].map(|axis| axis.dot(point.view));
+            let want = lobe.albedo_from(DVec3::from(view).normalize());
+            check(got, &[want; 3], 1e-9, 0.01, 1e-6, &format!("α {alpha:?}"));
         }
     }
     // And a mirror what it reflects.
@@ -309,6 +326,38 @@ fn ggx_shows_its_albedo_in_a_furnace() {
         .unwrap();
     let want = Fresnel::Dielectric { index: 1.5 }.reflectance(point.normal.dot(point.view));
     assert!((got[0].value[1] - want).abs() <= got[0].bound + 1e-15);
+}
+
+/// Grooves run along the circles about the axis.
+#[test]
+fn tangents_lie_along_circles_about_the_axis() {
+    let material = facets([0.0; 3], [0.1, 0.2], [Fresnel::Constant(1.0); 3]);
+    let axis = material.axis();
+    for point in points(40) {
+        let tangent = material.tangent(point.normal);
+        assert!((tangent.length() - 1.0).abs() < 1e-15);
+        assert!(tangent.dot(point.normal).abs() < 1e-15);
+        // A small turn about the axis moves the normal that way.
+        let turned = lobes::glam::DQuat::from_axis_angle(axis, 1e-6) * point.normal;
+        let moved = (turned - point.normal).normalize();
+        assert!(tangent.dot(moved) > 1.0 - 1e-6, "{tangent}, {moved}");
+    }
+    for normal in [axis, -axis] {
+        let tangent = material.tangent(normal);
+        assert!((tangent.length() - 1.0).abs() < 1e-12);
+        assert!(tangent.dot(normal).abs() < 1e-12);
+    }
+    for (widths, axis) in [
+        ([0.0, 0.1], DVec3::Y),
+        ([0.1, 1.1], DVec3::Y),
+        ([f64::NAN, 0.1], DVec3::Y),
+        ([0.1, 0.2], DVec3::ZERO),
+        ([0.1, 0.2], DVec3::new(0.0, 1.001, 0.0)),
+        ([0.1, 0.2], DVec3::NAN),
+    ] {
+        let fresnel = [Fresnel::Constant(0.5); 3];
+        assert!(GgxMaterial::anisotropic("m", [0.0; 3], widths, axis, fresnel).is_err());
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::lobe::{FunctionLobe, LambertLobe, Lobe};
 use super::opening::LEBESGUE;
 use super::tree::LightTree;
 use super::ward_lobe::WardLobe;
-use crate::reflectance::{Fresnel, Ward};
+use crate::reflectance::{Fresnel, GgxMaterial, Ward};
 use crate::reflection::renderer::check_unit;
 use crate::reflection::{Camera, Settings, ShadingPoint, SphereImage, Surface};
 use crate::sphere::to_map;
@@ -86,24 +86,26 @@ impl BoundedImage {
 }
 
 /// The specular part of a surface.
-enum Specular {
+enum Specular<'a> {
     None,
     /// What it reflects as a mirror, by the cosine of the view.
     Mirror([Fresnel; 3]),
     Ward(Ward, [f64; 3]),
-    Ggx(f64, Facets),
+    Ggx(&'a GgxMaterial, Facets),
 }
 
-impl Specular {
-    fn new(surface: Surface<'_>) -> Self {
+impl<'a> Specular<'a> {
+    fn new(surface: Surface<'a>) -> Self {
         match surface {
             Surface::Ward(material, _) if material.is_matte() => Self::None,
             Surface::Ward(material, variant) => match material.lobe(variant) {
                 Some(ward) => Self::Ward(ward, material.specular()),
                 None => Self::Mirror(material.specular().map(Fresnel::Constant)),
             },
-            Surface::Ggx(material) if material.alpha() == 0.0 => Self::Mirror(material.fresnel()),
-            Surface::Ggx(material) => Self::Ggx(material.alpha(), Facets::new(material.fresnel())),
+            Surface::Ggx(material) if material.alpha()[0] == 0.0 => {
+                Self::Mirror(material.fresnel())
+            }
+            Surface::Ggx(material) => Self::Ggx(material, Facets::new(material.fresnel())),
         }
     }
 }
@@ -305,7 +307,7 @@ impl LightTree {
     fn point(
         &self,
         diffuse: [f64; 3],
-        specular: &Specular,
+        specular: &Specular<'_>,
         point: &ShadingPoint,
         tolerance: f64,
         paces: &mut [Pace; 2],
@@ -353,8 +355,9 @@ impl LightTree {
                 };
                 self.solve(&lobe, goal, &mut paces[1], work)?
             }
-            Specular::Ggx(alpha, facets) => {
-                let lobe = GgxLobe::new(*alpha, facets, normal, view);
+            Specular::Ggx(material, facets) => {
+                let tangent = to_map(material.tangent(point.normal));
+                let lobe = GgxLobe::new(material.alpha(), tangent, facets, normal, view);
                 self.solve(&lobe, goal, &mut paces[1], work)?
             }
         };

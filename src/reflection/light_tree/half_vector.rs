@@ -36,21 +36,54 @@ pub(super) struct HalfAt<S: Simd> {
     long: f64x8<S>,
 }
 
+/// How long a tangential part T of H counts: |A T|² = f² A₀ + 2 f a A₁ + a² A₂, f and a its parts
+/// along the view's projection and across it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Measure {
+    pub(super) form: [f64; 3],
+    /// |A T| is at most this times |T|.
+    pub(super) most: f64,
+}
+
+impl Measure {
+    /// Along a unit tangent, of these parts, a length counts by `stretch`, and across it by the
+    /// inverse.
+    pub(super) fn new([forward, aside]: [f64; 2], stretch: f64) -> Self {
+        let (along, across) = (stretch * stretch, (stretch * stretch).recip());
+        Self {
+            form: [
+                across + (along - across) * forward * forward,
+                (along - across) * forward * aside,
+                across + (along - across) * aside * aside,
+            ],
+            most: stretch.max(stretch.recip()),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn square<S: Simd>(&self, forward: f64x8<S>, aside: f64x8<S>) -> f64x8<S> {
+        let [first, mixed, last] = self.form;
+        let along = forward * first + aside * (2.0 * mixed);
+        forward.mul_add(along, aside * aside * last)
+    }
+}
+
 /// What bounds about one direction have in common that keep from the slope: the height of the
-/// light, √(1 − height²), |H_T| and |H|.
+/// light, √(1 − height²), |A H_T|, |H|, and the norm of A.
 #[derive(Clone, Copy)]
 pub(super) struct LengthsAt<S: Simd> {
     height: f64x8<S>,
     beside: f64x8<S>,
     tangent: f64x8<S>,
     length: f64x8<S>,
+    most: f64x8<S>,
 }
 
 /// Bounds of the half vector over some lights, real or complex, that keep from the slope: they hold
 /// where H has no height.
 #[derive(Clone, Copy)]
 pub(super) struct LengthsRange<S: Simd> {
-    /// Re H_z and the length of the real part of H_T are at least this, or there is none.
+    /// Re H_z and the length of the real part of A H_T are at least this, or there is none.
     pub(super) up: f64x8<S>,
     pub(super) tangent: f64x8<S>,
     /// The length of the imaginary part of H is at most this.
@@ -151,11 +184,26 @@ impl HalfVector {
         )
     }
 
+    /// The light's height, and the parts of H_T along the view's projection and across it.
+    #[inline(always)]
+    pub(super) fn parts<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> [f64x8<S>; 3] {
+        [
+            dot(simd, self.normal, light, 0.0),
+            dot(simd, self.forward, light, self.sine),
+            dot(simd, self.aside, light, 0.0),
+        ]
+    }
+
+    /// The parts of a direction of the surface along the view's projection and across it, and what
+    /// the first has of H_T for being that of H and not of the light.
+    pub(super) fn tangential(&self, direction: DVec3) -> [f64; 3] {
+        let forward = direction.dot(self.forward);
+        [forward, direction.dot(self.aside), forward * self.sine]
+    }
+
     #[inline(always)]
     pub(super) fn of<S: Simd>(&self, simd: S, light: [f64x8<S>; 3]) -> Half<S> {
-        let height = dot(simd, self.normal, light, 0.0);
-        let forward = dot(simd, self.forward, light, self.sine);
-        let aside = dot(simd, self.aside, light, 0.0);
+        let [height, forward, aside] = self.parts(simd, light);
         let up = height + f64x8::splat(simd, self.cosine);
         let recip = f64x8::splat(simd, 1.0) / up;
         let square = forward.mul_add(forward, aside * aside) * recip * recip;
@@ -178,17 +226,21 @@ impl HalfVector {
     }
 
     #[inline(always)]
-    pub(super) fn lengths_at<S: Simd>(&self, simd: S, centre: [f64x8<S>; 3]) -> LengthsAt<S> {
-        let height = dot(simd, self.normal, centre, 0.0);
-        let forward = dot(simd, self.forward, centre, self.sine);
-        let aside = dot(simd, self.aside, centre, 0.0);
+    pub(super) fn lengths_at<S: Simd>(
+        &self,
+        simd: S,
+        centre: [f64x8<S>; 3],
+        measure: &Measure,
+    ) -> LengthsAt<S> {
+        let [height, forward, aside] = self.parts(simd, centre);
         let up = height + f64x8::splat(simd, self.cosine);
         let square = forward.mul_add(forward, aside * aside);
         LengthsAt {
             height,
             beside: beside(simd, height),
-            tangent: square.sqrt(),
+            tangent: measure.square(forward, aside).sqrt(),
             length: up.mul_add(up, square).sqrt(),
+            most: f64x8::splat(simd, measure.most),
         }
     }
 
@@ -208,7 +260,7 @@ impl HalfVector {
         let longest = at.length + radius;
         LengthsRange {
             up: least + f64x8::splat(simd, self.cosine),
-            tangent: (at.tangent - radius).max(zero),
+            tangent: (at.tangent - at.most * radius).max(zero),
             aside: zero,
             square: longest * longest,
             least,
@@ -224,13 +276,12 @@ impl HalfVector {
     pub(super) fn lengths_above<S: Simd>(
         &self,
         simd: S,
-        centre: [f64x8<S>; 3],
+        at: &LengthsAt<S>,
         radius: f64x8<S>,
     ) -> LengthsRange<S> {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
-        let at = self.lengths_at(simd, centre);
         let top = (at.height + radius).max(zero).min(one);
-        self.lengths_over(simd, &at, radius, zero, top)
+        self.lengths_over(simd, at, radius, zero, top)
     }
 
     /// Over a complex neighbourhood.
@@ -258,7 +309,7 @@ impl HalfVector {
         let longest = at.length + moved;
         LengthsRange {
             up: least + f64x8::splat(simd, self.cosine),
-            tangent: (at.tangent - real - growth * sideways - shift).max(zero),
+            tangent: (at.tangent - at.most * (real + growth * sideways + shift)).max(zero),
             aside: imaginary,
             square: longest.mul_add(longest, imaginary * imaginary),
             least,

@@ -12,13 +12,24 @@ use super::neighbourhood::Neighbourhood;
 use crate::vectors;
 
 impl HalfVector {
-    /// The light's height, H_z and t² for a complex light.
-    pub(super) fn complex(&self, light: [Complex64; 3]) -> [Complex64; 3] {
+    /// The light's height and the parts of H_T for a complex light.
+    fn complex_parts(&self, light: [Complex64; 3]) -> [Complex64; 3] {
         let (axes, offsets) = self.axes();
-        let [height, forward, aside] = [0, 1, 2].map(|axis: usize| {
+        [0, 1, 2].map(|axis: usize| {
             let [x, y, z] = axes[axis].to_array();
             light[0] * x + light[1] * y + light[2] * z + offsets[axis]
-        });
+        })
+    }
+
+    /// The parts of H_T.
+    pub(super) fn complex_tangential(&self, light: [Complex64; 3]) -> [Complex64; 2] {
+        let [_, forward, aside] = self.complex_parts(light);
+        [forward, aside]
+    }
+
+    /// The light's height, H_z and t² for a complex light.
+    pub(super) fn complex(&self, light: [Complex64; 3]) -> [Complex64; 3] {
+        let [height, forward, aside] = self.complex_parts(light);
         let up = height + self.cosine;
         [height, up, (forward * forward + aside * aside) / (up * up)]
     }
