@@ -20,11 +20,14 @@ if "--help" not in sys.argv:
         skip("Mitsuba finds no LLVM 16 or newer; name one in DRJIT_LIBLLVM_PATH")
 
 SIZE, PICTURES, SAMPLES = 16, 32, 1024
-#: What the facets are of, as the crate's files say it; a body under them where they are of no metal.
+#: What the facets are of, as the crate's files say it; a body under them where they are of no metal. The tangents of Mitsuba's sphere lie along the
+#: circles about +z.
 MATERIALS = [
-    {"diffuse": [0.3, 0.15, 0.05], "alpha": 0.2, "index": [1.5, 1.5, 1.5]},
-    {"diffuse": [0.0, 0.0, 0.0], "alpha": 0.1, "index": [0.2, 0.4, 1.5], "extinction": [3.1, 2.7, 1.9]},
-    {"diffuse": [0.1, 0.1, 0.1], "alpha": 0.5, "f0": [0.5, 0.4, 0.3]},
+    {"diffuse": [0.3, 0.15, 0.05], "alpha": [0.2, 0.2], "index": [1.5, 1.5, 1.5]},
+    {"diffuse": [0.0, 0.0, 0.0], "alpha": [0.1, 0.1], "index": [0.2, 0.4, 1.5], "extinction": [3.1, 2.7, 1.9]},
+    {"diffuse": [0.1, 0.1, 0.1], "alpha": [0.5, 0.5], "f0": [0.5, 0.4, 0.3]},
+    {"diffuse": [0.0, 0.0, 0.0], "alpha": [0.1, 0.4], "f0": [0.9, 0.8, 0.7]},
+    {"diffuse": [0.05, 0.1, 0.2], "alpha": [0.5, 0.1], "index": [1.5, 1.5, 1.5]},
 ]
 
 
@@ -34,7 +37,7 @@ def bsdf():
 
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
-            self.alpha = float(props["alpha"])
+            self.alpha = [float(props[f"alpha_{axis}"]) for axis in "xy"]
             self.kind = props["kind"]
             color = lambda name: [float(props[f"{name}_{c}"]) for c in "rgb"]
             self.diffuse, self.first, self.second = color("diffuse"), color("first"), color("second")
@@ -43,7 +46,7 @@ def bsdf():
             self.m_components, self.m_flags = [flags], flags
 
         def distribution(self):
-            return mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self.alpha, self.alpha, True)
+            return mi.MicrofacetDistribution(mi.MicrofacetType.GGX, *self.alpha, True)
 
         def fresnel(self, cosine):
             if self.kind == "schlick":
@@ -92,7 +95,7 @@ def settings(material):
     first = material.get("f0", material.get("index"))
     second = material.get("extinction", [0.0] * 3)
     kind = "schlick" if "f0" in material else "conductor" if "extinction" in material else "dielectric"
-    settings = {"type": "lobes_ggx", "alpha": material["alpha"], "kind": kind}
+    settings = {"type": "lobes_ggx", "kind": kind} | dict(zip(("alpha_x", "alpha_y"), material["alpha"]))
     for values, name in ((material["diffuse"], "diffuse"), (first, "first"), (second, "second")):
         settings.update({f"{name}_{c}": value for c, value in zip("rgb", values)})
     return settings
@@ -107,7 +110,7 @@ for light in ("pmndrs-venice", "blender-forest"):
         scene = render_tools.sphere(emitter, settings(material), SIZE)
         mean, error = render_tools.estimate(scene, SAMPLES, PICTURES)
         snapshot.case(
-            "sphere", light=light, **material, size=SIZE, pictures=PICTURES, pixels=kept,
+            "sphere", light=light, **material, axis=[0, 0, 1], size=SIZE, pictures=PICTURES, pixels=kept,
             values=[[float(f"{v:.6g}") for v in mean[p]] for p in kept], errors=[[float(f"{v:.3g}") for v in error[p]] for p in kept],
         )  # fmt: skip
 snapshot.write()

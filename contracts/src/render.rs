@@ -14,7 +14,7 @@ const MITSUBA: &str = "matte, satin plastic σ 0.05, rough metal σ 0.1 and 0.3,
 const RADIANCE: &str = "Radiance's own plastic and metal of the same roughnesses under the same maps, 12² pixels averaged over their area, those well \
                         inside the sphere";
 
-const GGX: &str = "GGX facets of glass over a body (α 0.2), of a metal (0.1) and as Schlick has them (0.5), under the same maps, 16² pixels averaged over \
+const GGX: &str = "GGX facets of glass over a body (α 0.2), of a metal (0.1), as Schlick has them (0.5) and of two widths (0.1 and 0.4, 0.5 and 0.1), under the same maps, 16² pixels averaged over \
                    their area, those well inside the sphere; Mitsuba's distribution, masking of one direction and Fresnel equations";
 
 pub(super) fn contracts() -> Vec<Contract> {
@@ -100,7 +100,8 @@ enum Parameters {
     },
     Ggx {
         diffuse: [f64; 3],
-        alpha: f64,
+        alpha: [f64; 2],
+        axis: [f64; 3],
         f0: Option<[f64; 3]>,
         index: Option<[f64; 3]>,
         extinction: Option<[f64; 3]>,
@@ -139,6 +140,7 @@ impl Parameters {
             Self::Ggx {
                 diffuse,
                 alpha,
+                axis,
                 f0,
                 index,
                 extinction,
@@ -146,7 +148,9 @@ impl Parameters {
                 let fresnel = Fresnel::of_channels(*f0, *index, *extinction);
                 let fresnel =
                     fresnel.ok_or_else(|| unknown("reflectance", "m", &["f0", "index"]))?;
-                return GgxMaterial::new("m", *diffuse, *alpha, fresnel).map(AnyMaterial::Ggx);
+                let axis = DVec3::from(*axis);
+                return GgxMaterial::anisotropic("m", *diffuse, *alpha, axis, fresnel)
+                    .map(AnyMaterial::Ggx);
             }
         }
         .map(AnyMaterial::Ward)
@@ -241,7 +245,14 @@ fn name(case: &Case) -> Result<String> {
             let sigma = material.roughness().sigma();
             format!("{light}, ρ_d {diffuse:.3}, ρ_s {specular:.3}, σ {sigma}")
         }
-        AnyMaterial::Ggx(material) => format!("{light}, GGX, α {}", material.alpha()),
+        AnyMaterial::Ggx(material) => {
+            let [along, across] = material.alpha();
+            if along == across {
+                format!("{light}, GGX, α {along}")
+            } else {
+                format!("{light}, GGX, α ({along}, {across})")
+            }
+        }
     })
 }
 
