@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::arguments::Materials;
 use crate::error::{Error, Result};
 use crate::{console, named, slug};
 use lobes::exchange::{self, Format};
+use lobes::glam::DVec3;
 use lobes::reflectance::{Fresnel, GgxMaterial, Material, Variant, presets, presets_as_albedos};
 use lobes::reflection::Surface;
 
@@ -46,12 +47,32 @@ enum Entry {
         name: String,
         #[serde(default)]
         diffuse: [f64; 3],
-        #[serde(default)]
-        alpha: f64,
+        alpha: Option<Widths>,
+        axis: Option<[f64; 3]>,
         f0: Option<[f64; 3]>,
         index: Option<[f64; 3]>,
         extinction: Option<[f64; 3]>,
     },
+}
+
+/// α of a GGX lobe, or its two along the circles about an axis and across them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(super) enum Widths {
+    One(f64),
+    Two([f64; 2]),
+}
+
+impl Widths {
+    /// Those of a material, with its axis where there are two.
+    pub(super) fn of(material: &GgxMaterial) -> (Self, Option<[f64; 3]>) {
+        let [along, across] = material.alpha();
+        if along == across {
+            (Self::One(along), None)
+        } else {
+            (Self::Two([along, across]), Some(material.axis().to_array()))
+        }
+    }
 }
 
 /// A material of either lobe.
@@ -246,6 +267,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<AnyMaterial>> {
                 name,
                 diffuse,
                 alpha,
+                axis,
                 f0,
                 index,
                 extinction,
@@ -257,7 +279,21 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<AnyMaterial>> {
                         "give f0, or index, or index and extinction",
                     ));
                 };
-                GgxMaterial::new(name, diffuse, alpha, fresnel).map(AnyMaterial::Ggx)
+                match (alpha.unwrap_or(Widths::One(0.0)), axis) {
+                    (Widths::One(alpha), None) => GgxMaterial::new(name, diffuse, alpha, fresnel),
+                    (Widths::Two(alpha), axis) => {
+                        let axis = DVec3::from(axis.unwrap_or([0.0, 1.0, 0.0]));
+                        GgxMaterial::anisotropic(name, diffuse, alpha, axis, fresnel)
+                    }
+                    (Widths::One(_), Some(_)) => {
+                        return Err(Error::file(
+                            path,
+                            format!("material {name:?} has an axis and one width"),
+                            "give alpha as [along, across], or leave the axis out",
+                        ));
+                    }
+                }
+                .map(AnyMaterial::Ggx)
             }
         }
         .map_err(|error| {
@@ -303,7 +339,8 @@ mod tests {
              [[material]]\nname = 'b'\nkind = 'metal'\nreflectance = [0.8, 0.6, 0.4]\nspecularity = 0.5\n\
              [[material]]\nname = 'c'\nkind = 'albedos'\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.1, 0.1, 0.1]\nsigma = 0.2\n\
              [[material]]\nname = 'd'\nkind = 'ggx'\ndiffuse = [0.3, 0.3, 0.3]\nalpha = 0.2\nindex = [1.5, 1.5, 1.5]\n\
-             [[material]]\nname = 'e'\nkind = 'ggx'\nindex = [0.2, 0.4, 1.5]\nextinction = [3.1, 2.7, 1.9]\n",
+             [[material]]\nname = 'e'\nkind = 'ggx'\nindex = [0.2, 0.4, 1.5]\nextinction = [3.1, 2.7, 1.9]\n\
+             [[material]]\nname = 'f'\nkind = 'ggx'\nalpha = [0.05, 0.3]\naxis = [0.0, 0.0, 1.0]\nf0 = [0.9, 0.9, 0.9]\n",
         )
         .unwrap();
         let [
@@ -312,6 +349,7 @@ mod tests {
             AnyMaterial::Ward(c),
             AnyMaterial::Ggx(d),
             AnyMaterial::Ggx(e),
+            AnyMaterial::Ggx(f),
         ] = &materials[..]
         else {
             panic!("{materials:?}");
@@ -321,13 +359,19 @@ mod tests {
         assert!((c.diffuse()[1] - 0.2).abs() < 1e-15);
         assert_eq!(
             (d.alpha(), d.fresnel()[0]),
-            (0.2, Fresnel::Dielectric { index: 1.5 })
+            ([0.2; 2], Fresnel::Dielectric { index: 1.5 })
         );
         let gold = Fresnel::Conductor {
             index: 0.4,
             extinction: 2.7,
         };
-        assert_eq!((e.alpha(), e.fresnel()[1]), (0.0, gold));
+        assert_eq!((e.alpha(), e.fresnel()[1]), ([0.0; 2], gold));
+        assert_eq!((f.alpha(), f.axis()), ([0.05, 0.3], DVec3::Z));
+        assert_eq!(
+            Widths::of(f),
+            (Widths::Two([0.05, 0.3]), Some([0.0, 0.0, 1.0]))
+        );
+        assert_eq!(Widths::of(d), (Widths::One(0.2), None));
     }
 
     #[test]
@@ -339,6 +383,14 @@ mod tests {
             (
                 "[[material]]\nname = 'a'\nkind = 'ggx'\nalpha = 0.1\n",
                 "facets",
+            ),
+            (
+                "[[material]]\nname = 'a'\nkind = 'ggx'\nalpha = 0.1\naxis = [0.0, 1.0, 0.0]\nf0 = [0.1, 0.1, 0.1]\n",
+                "one width",
+            ),
+            (
+                "[[material]]\nname = 'a'\nkind = 'ggx'\nalpha = [0.1, 0.2]\naxis = [0.0, 2.0, 0.0]\nf0 = [0.1, 0.1, 0.1]\n",
+                "axis",
             ),
             (
                 "[[material]]\nname = 'a'\nkind = 'ggx'\nalpha = 2.0\nf0 = [0.1, 0.1, 0.1]\n",

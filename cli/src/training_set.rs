@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::arguments::{Materials, RenderLobe};
 use crate::error::{Error, Result};
 use crate::lights::no_light;
-use crate::materials::AnyMaterial;
+use crate::materials::{AnyMaterial, Widths};
 use crate::output::{FolderLock, write_file};
 use crate::place::Place;
 use crate::{console, materials, named, progress, slug};
@@ -100,7 +100,9 @@ enum Parameters {
     },
     Ggx {
         diffuse: [f64; 3],
-        alpha: f64,
+        alpha: Widths,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        axis: Option<[f64; 3]>,
         #[serde(skip_serializing_if = "Option::is_none")]
         f0: Option<[f64; 3]>,
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -120,9 +122,11 @@ impl From<&AnyMaterial> for Parameters {
             },
             AnyMaterial::Ggx(material) => {
                 let [f0, index, extinction] = Fresnel::channels(material.fresnel());
+                let (alpha, axis) = Widths::of(material);
                 Self::Ggx {
                     diffuse: material.diffuse(),
-                    alpha: material.alpha(),
+                    alpha,
+                    axis,
                     f0,
                     index,
                     extinction,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use lobes::glam::DVec3;
 use lobes::reflectance::{self, Fresnel, Variant};
 use lobes::reflection::{self, Settings, Surface};
 use numpy::PyArrayDyn;
@@ -16,7 +17,7 @@ use crate::reflection::{Camera, check_size, picture, shading_points};
 use crate::{error, interrupt, parallelism};
 
 /// A surface of GGX facets over a matte body: an albedo and a reflectance for each channel, and a
-/// width.
+/// width, or two along the circles about an axis and across them, as on what was turned on a lathe.
 ///
 /// Its facets reflect `f0` along the normal (Schlick), or are of an `index` of refraction, or of an
 /// `index` and an `extinction`; each is three numbers, of red, green and blue.
@@ -24,19 +25,23 @@ use crate::{error, interrupt, parallelism};
 /// Parameters
 /// ----------
 /// name : str
-/// alpha : float
-///     The width of the lobe; 0 for a mirror.
+/// alpha : float or two floats
+///     The width of the lobe, 0 for a mirror; or the width along the circles and that across them.
 /// diffuse : array_like, (3,)
 ///     The albedo of the body.
 /// f0 : array_like, (3,), optional
 /// index : array_like, (3,), optional
 /// extinction : array_like, (3,), optional
+/// axis : array_like, (3,), optional
+///     Of two widths: a direction of the world of unit length, (0, 1, 0) if none is given.
 ///
 /// Examples
 /// --------
 /// >>> import lobes
 /// >>> lobes.GgxMaterial("gold", 0.2, f0=[1.0, 0.78, 0.34])
 /// <GgxMaterial "gold", alpha 0.2>
+/// >>> lobes.GgxMaterial("turned", (0.05, 0.3), f0=[0.9] * 3).axis
+/// (0.0, 1.0, 0.0)
 #[pyclass(frozen, eq, module = "lobes", from_py_object)]
 #[derive(Clone, PartialEq)]
 pub(crate) struct GgxMaterial(reflectance::GgxMaterial);
@@ -44,23 +49,36 @@ pub(crate) struct GgxMaterial(reflectance::GgxMaterial);
 #[pymethods]
 impl GgxMaterial {
     #[new]
-    #[pyo3(signature = (name, alpha, diffuse=[0.0; 3], f0=None, index=None, extinction=None))]
+    #[pyo3(signature = (name, alpha, diffuse=[0.0; 3], f0=None, index=None, extinction=None, axis=None))]
     fn new(
         name: String,
-        alpha: f64,
+        alpha: Widths,
         diffuse: [f64; 3],
         f0: Option<[f64; 3]>,
         index: Option<[f64; 3]>,
         extinction: Option<[f64; 3]>,
+        axis: Option<[f64; 3]>,
     ) -> PyResult<Self> {
         let fresnel = Fresnel::of_channels(f0, index, extinction).ok_or_else(|| {
             PyValueError::new_err(
                 "what the facets reflect is given by f0, by index, or by index and extinction",
             )
         })?;
-        reflectance::GgxMaterial::new(name, diffuse, alpha, fresnel)
-            .map(Self)
-            .map_err(error)
+        let material = match (alpha, axis) {
+            (Widths::One(alpha), None) => {
+                reflectance::GgxMaterial::new(name, diffuse, alpha, fresnel)
+            }
+            (Widths::Two(alpha), axis) => {
+                let axis = axis.map_or(DVec3::Y, DVec3::from);
+                reflectance::GgxMaterial::anisotropic(name, diffuse, alpha, axis, fresnel)
+            }
+            (Widths::One(_), Some(_)) => {
+                return Err(PyValueError::new_err(
+                    "an axis says something of two widths: give alpha as (along, across), or no axis",
+                ));
+            }
+        };
+        material.map(Self).map_err(error)
     }
 
     /// Its name.
@@ -69,10 +87,17 @@ impl GgxMaterial {
         self.0.name()
     }
 
-    /// The width of the lobe; 0 for a mirror.
+    /// The widths of the lobe along the circles about the axis and across them: equal where one was
+    /// given, 0 for a mirror.
     #[getter]
-    fn alpha(&self) -> f64 {
-        self.0.alpha()
+    fn alpha(&self) -> (f64, f64) {
+        self.0.alpha().into()
+    }
+
+    /// The axis about whose circles the two widths lie.
+    #[getter]
+    fn axis(&self) -> (f64, f64, f64) {
+        self.0.axis().into()
     }
 
     /// The albedo of the body.
@@ -108,11 +133,15 @@ impl GgxMaterial {
     }
 
     fn __repr__(&self) -> String {
-        format!(
-            "<GgxMaterial {:?}, alpha {}>",
-            self.0.name(),
-            self.0.alpha()
-        )
+        let [along, across] = self.0.alpha();
+        if along == across {
+            format!("<GgxMaterial {:?}, alpha {along}>", self.0.name())
+        } else {
+            format!(
+                "<GgxMaterial {:?}, alpha ({along}, {across})>",
+                self.0.name()
+            )
+        }
     }
 
     fn __hash__(&self) -> u64 {
@@ -120,7 +149,7 @@ impl GgxMaterial {
         let mut hasher = DefaultHasher::new();
         self.0.name().hash(&mut hasher);
         let facets = self.facets().map(Option::unwrap_or_default);
-        let rest = [self.0.alpha()];
+        let rest = [self.0.alpha().as_slice(), self.0.axis().as_ref()].concat();
         let numbers = facets.as_flattened().iter().chain(&rest);
         for value in numbers.chain(&self.0.diffuse()) {
             // 0 and −0 are equal.
@@ -135,11 +164,16 @@ impl GgxMaterial {
         let this = slf.get();
         let [f0, index, extinction] = this.facets();
         let diffuse = this.0.diffuse();
-        let arguments = (this.name(), this.alpha(), diffuse, f0, index, extinction);
-        Ok((
-            slf.get_type().into_any(),
-            arguments.into_pyobject(slf.py())?,
-        ))
+        let alpha = this.0.alpha();
+        let name = this.name();
+        // Of one width as `new` has it, which knows mirrors.
+        let arguments = if alpha[0] == alpha[1] && this.0.axis() == DVec3::Y {
+            (name, alpha[0], diffuse, f0, index, extinction).into_pyobject(slf.py())?
+        } else {
+            let axis = this.axis();
+            (name, alpha, diffuse, f0, index, extinction, axis).into_pyobject(slf.py())?
+        };
+        Ok((slf.get_type().into_any(), arguments))
     }
 }
 
@@ -148,6 +182,13 @@ impl GgxMaterial {
     fn facets(&self) -> [Option<[f64; 3]>; 3] {
         Fresnel::channels(self.0.fresnel())
     }
+}
+
+/// One width, or two.
+#[derive(FromPyObject)]
+enum Widths {
+    One(f64),
+    Two([f64; 2]),
 }
 
 /// A material of either lobe.

@@ -164,7 +164,7 @@ GOOD = {
         lobes.Renderer(LIGHT).radiance,
         (lobes.Material.white(), DIRECTION, DIRECTION, "gmd", 0.1, False),
     ),
-    "GgxMaterial": (lobes.GgxMaterial, ("name", 0.1, [0.5] * 3, None, [1.5] * 3, [0.1] * 3)),
+    "GgxMaterial": (lobes.GgxMaterial, ("name", (0.1, 0.2), [0.5] * 3, None, [1.5] * 3, [0.1] * 3, [0.0, 1.0, 0.0])),
     "GgxMaterial.reflectance": (lobes.GgxMaterial("m", 0.1, f0=[0.04] * 3).reflectance, (0.5,)),
     "LightTree": (lobes.LightTree, (LIGHT, False)),
     "LightTree.render": (

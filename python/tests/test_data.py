@@ -26,6 +26,7 @@ DATA = [
     (lobes.presets()[0], lobes.presets()[1]),
     (lobes.GgxMaterial("a", 0.2, [0.5] * 3, f0=[0.04] * 3), lobes.GgxMaterial("a", 0.2, [0.5] * 3, index=[1.5] * 3)),
     (lobes.GgxMaterial("b", 0.0, index=[0.2, 0.4, 1.5], extinction=[3.1, 2.7, 1.9]), lobes.GgxMaterial("b", 0.1, f0=[0.5] * 3)),
+    (lobes.GgxMaterial("c", (0.1, 0.2), f0=[0.5] * 3, axis=[0.0, 0.6, 0.8]), lobes.GgxMaterial("c", (0.1, 0.2), f0=[0.5] * 3)),
     (lobes.Camera([1, 2, 3], distance=4.0).rolled(0.1), lobes.Camera([1, 2, 3], distance=4.0)),
     (MAP, lobes.EnvironmentMap(MAP.pixels, "another")),
     (MAP.spectrum(15), MAP.spectrum(14)),

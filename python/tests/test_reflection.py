@@ -204,6 +204,14 @@ def test_the_tree_proves_its_bounds():
     others, error = lobes.Renderer(light).radiance(material, normals, views, "gmd", 1e-4)
     assert values.shape == (2, 3) and bounds.shape == (2,)
     assert np.allclose(values, others, rtol=5 * error + 2e-4)
+    # Turned on a lathe whose axis points at the camera: its highlight is the same all round.
+    turned = lobes.GgxMaterial("turned", (0.05, 0.3), f0=[0.9] * 3, axis=[0, 0, 1])
+    assert (turned.alpha, turned.axis) == ((0.05, 0.3), (0.0, 0.0, 1.0))
+    seen = tree.render(turned, size=8, tolerance=1e-3)[0].pixels[..., 0]
+    assert np.allclose(seen, np.rot90(seen), rtol=3e-3) and 0.7 < seen[4, 4] < 0.9
+    for alpha, axis, sentence in ((0.1, [0, 1, 0], "two widths"), ((0.1, 0.2), [0, 2, 0], "axis"), ((0.0, 0.2), None, "width")):
+        with pytest.raises(ValueError, match=sentence):
+            lobes.GgxMaterial("m", alpha, f0=[0.5] * 3, axis=axis)
     with pytest.raises(TypeError, match="GgxMaterial"):
         tree.render("glass")
     with pytest.raises(ValueError, match="f0"):
