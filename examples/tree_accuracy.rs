@@ -21,13 +21,21 @@ use std::process::ExitCode;
 use arguments::list;
 use lobes::glam::DVec3;
 use lobes::illumination::{EnvironmentMap, builtin};
-use lobes::reflectance::{Fresnel, GgxMaterial, Material, Variant};
+use lobes::reflectance::{Fresnel, GgxMaterial, MIN_ALPHA, Material, Variant};
 use lobes::reflection::{Bounded, Camera, LightTree, ShadingPoint, Surface, reference};
 use lobes::{Error, Parallelism, Result};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-const LOBES: [&str; 6] = ["lambert", "gmd", "duer", "sampled", "ward1992", "ggx"];
+const LOBES: [&str; 7] = [
+    "lambert",
+    "gmd",
+    "duer",
+    "sampled",
+    "ward1992",
+    "ggx",
+    "ggx-two-widths",
+];
 const ROUGHNESSES: [f64; 9] = [0.0, 0.005, 0.01, 0.03, 0.05, 0.1, 0.2, 0.4, 1.0];
 const TOLERANCES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 
@@ -55,6 +63,15 @@ impl Owned {
                 let fresnel = specular.map(|normal| Fresnel::Schlick { normal });
                 Some(Self::Ggx(GgxMaterial::new(
                     "m", [0.0; 3], roughness, fresnel,
+                )?))
+            }
+            // Along the grooves a quarter of the width across them.
+            "ggx-two-widths" if roughness > 0.0 => {
+                let fresnel = specular.map(|normal| Fresnel::Schlick { normal });
+                let widths = [(0.25 * roughness).max(MIN_ALPHA), roughness];
+                let axis = DVec3::new(0.48, 0.6, 0.64);
+                Some(Self::Ggx(GgxMaterial::anisotropic(
+                    "m", [0.0; 3], widths, axis, fresnel,
                 )?))
             }
             // A mirror is one whatever the lobe.
@@ -218,10 +235,18 @@ impl Options {
                 allowed: "at least 1",
             });
         }
+        let lobes: Vec<String> = list("--lobes", &LOBES.map(String::from))?;
+        if let Some(name) = lobes.iter().find(|name| !LOBES.contains(&name.as_str())) {
+            return Err(Error::UnknownName {
+                what: "lobe",
+                name: name.clone(),
+                names: LOBES.map(String::from).to_vec(),
+            });
+        }
         Ok(Self {
             points,
             seed: list("--seed", &[1])?[0],
-            lobes: list("--lobes", &LOBES.map(String::from))?,
+            lobes,
             roughnesses: list("--roughnesses", &chosen(&ROUGHNESSES, &[0.0, 0.05, 0.4]))?,
             tolerances: list("--tolerances", &chosen(&TOLERANCES, &TOLERANCES[..2]))?,
             maps,
@@ -252,10 +277,12 @@ impl Options {
         let mut random = Pcg64::seed_from_u64(self.seed);
         let mut rows = BTreeMap::new();
         let floor = 0.01 * mean(map.mean());
-        for (at, lobe) in self.lobes.iter().enumerate() {
+        // Points are drawn for all lobes, so that those of one are the same whichever are chosen.
+        for (at, lobe) in LOBES.into_iter().enumerate() {
             for &roughness in &self.roughnesses {
                 let points = self.points(&mut random)?;
-                let Some(owned) = Owned::new(lobe, roughness)? else {
+                let chosen = self.lobes.iter().any(|name| name == lobe);
+                let Some(owned) = Owned::new(lobe, roughness)?.filter(|_| chosen) else {
                     continue;
                 };
                 let tolerances = self.tolerances.iter().enumerate();
@@ -360,7 +387,7 @@ fn run() -> Result<bool> {
         held &= largest(&row.excess) <= 1.0 && largest(&row.reference) <= 1.0 && row.used <= 1.0;
         println!(
             "| `{}` | {:e} | {} | {} | {:.3} | {} | {:.0} | {:.2} | {} | {:.3} |",
-            options.lobes[*lobe],
+            LOBES[*lobe],
             options.tolerances[*tolerance],
             row.excess.len(),
             row.refused,
