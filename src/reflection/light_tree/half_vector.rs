@@ -36,11 +36,11 @@ pub(super) struct HalfAt<S: Simd> {
     long: f64x8<S>,
 }
 
-/// How long a tangential part T of H counts: |A T|² = f² A₀ + 2 f a A₁ + a² A₂, f and a its parts
+/// How long a tangential part T of H counts: |A T|, by what the two parts of A T are of those of T
 /// along the view's projection and across it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Measure {
-    pub(super) form: [f64; 3],
+    pub(super) parts: [[f64; 2]; 2],
     /// |A T| is at most this times |T|.
     pub(super) most: f64,
 }
@@ -49,22 +49,21 @@ impl Measure {
     /// Along a unit tangent, of these parts, a length counts by `stretch`, and across it by the
     /// inverse.
     pub(super) fn new([forward, aside]: [f64; 2], stretch: f64) -> Self {
-        let (along, across) = (stretch * stretch, (stretch * stretch).recip());
+        let shrink = stretch.recip();
         Self {
-            form: [
-                across + (along - across) * forward * forward,
-                (along - across) * forward * aside,
-                across + (along - across) * aside * aside,
+            parts: [
+                [stretch * forward, stretch * aside],
+                [-shrink * aside, shrink * forward],
             ],
-            most: stretch.max(stretch.recip()),
+            most: stretch.max(shrink),
         }
     }
 
+    /// |A T|².
     #[inline(always)]
     pub(super) fn square<S: Simd>(&self, forward: f64x8<S>, aside: f64x8<S>) -> f64x8<S> {
-        let [first, mixed, last] = self.form;
-        let along = forward * first + aside * (2.0 * mixed);
-        forward.mul_add(along, aside * aside * last)
+        let [along, across] = self.parts.map(|[f, a]| forward * f + aside * a);
+        along.mul_add(along, across * across)
     }
 }
 
