@@ -52,7 +52,7 @@ impl GgxMaterial {
     #[pyo3(signature = (name, alpha, diffuse=[0.0; 3], f0=None, index=None, extinction=None, axis=None))]
     fn new(
         name: String,
-        alpha: Widths,
+        alpha: &Bound<'_, PyAny>,
         diffuse: [f64; 3],
         f0: Option<[f64; 3]>,
         index: Option<[f64; 3]>,
@@ -63,6 +63,9 @@ impl GgxMaterial {
             PyValueError::new_err(
                 "what the facets reflect is given by f0, by index, or by index and extinction",
             )
+        })?;
+        let alpha = alpha.extract::<Widths>().map_err(|_| {
+            PyTypeError::new_err("alpha is a number, or two numbers: (along, across)")
         })?;
         let material = match (alpha, axis) {
             (Widths::One(alpha), None) => {
