@@ -212,6 +212,9 @@ def test_the_tree_proves_its_bounds():
     for alpha, axis, sentence in ((0.1, [0, 1, 0], "two widths"), ((0.1, 0.2), [0, 2, 0], "axis"), ((0.0, 0.2), None, "width")):
         with pytest.raises(ValueError, match=sentence):
             lobes.GgxMaterial("m", alpha, f0=[0.5] * 3, axis=axis)
+    for alpha in ("wide", [], [0.1], [0.1, 0.2, 0.3], None):
+        with pytest.raises(TypeError, match="along, across"):
+            lobes.GgxMaterial("m", alpha, f0=[0.5] * 3)
     with pytest.raises(TypeError, match="GgxMaterial"):
         tree.render("glass")
     with pytest.raises(ValueError, match="f0"):
