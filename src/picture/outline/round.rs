@@ -69,13 +69,18 @@ const RIVAL: f64 = 0.3;
 /// most twice its size, and almost as well seen.
 ///
 /// The roundest edge: circles that edges vote for, each moved to where most edges are, and judged by
-/// how much of them is seen, against what the edges around would make of a circle by chance; the one
-/// that is chosen is moved to where the light breaks.
+/// how much of them is seen, against what the edges around would make of a circle by chance. The one
+/// that is chosen is moved to where the light breaks in the `fine` picture, in which what stands close
+/// behind the outline lies more pixels away from it.
 ///
 /// # Errors
 /// A picture in which no circle passes the least of that, and one in which all that does is
 /// saturated.
-pub(super) fn find(picture: &Reduced, edges: &Edges) -> Result<(Circle, Vec<Circle>)> {
+pub(super) fn find(
+    picture: &Reduced,
+    fine: &Reduced,
+    edges: &Edges,
+) -> Result<(Circle, Vec<Circle>)> {
     let side = picture.width.min(picture.height);
     let least = (0.05 * side as f64).max(5.0);
     let mut supports: Vec<Support> = vote::candidates(edges, least, CANDIDATES)
@@ -94,7 +99,7 @@ pub(super) fn find(picture: &Reduced, edges: &Edges) -> Result<(Circle, Vec<Circ
     let (saturated, supports): (Vec<Support>, Vec<Support>) = apart
         .into_iter()
         .partition(|support| picture.is_saturated(support.circle));
-    let best = choose(&supports).map(|best| follow(picture, best));
+    let best = choose(&supports).map(|best| follow(picture, fine, best));
     if let Some(best) = best.filter(|best| best.passes(OF_THE_BEST)) {
         let mut spheres = vec![best.circle];
         for support in supports.iter().chain(&saturated) {
@@ -110,7 +115,7 @@ pub(super) fn find(picture: &Reduced, edges: &Edges) -> Result<(Circle, Vec<Circ
                     && spheres.iter().all(apart)
             };
             if beside(support) {
-                let moved = follow(picture, *support);
+                let moved = follow(picture, fine, *support);
                 if beside(&moved) && moved.passes(OF_OTHERS) {
                     spheres.push(moved.circle);
                 }
@@ -118,7 +123,7 @@ pub(super) fn find(picture: &Reduced, edges: &Edges) -> Result<(Circle, Vec<Circ
         }
         return Ok((best.circle, spheres.into_iter().skip(1).collect()));
     }
-    let lamp = |support: &Support| follow(picture, *support).passes(OF_THE_BEST);
+    let lamp = |support: &Support| follow(picture, fine, *support).passes(OF_THE_BEST);
     Err(Error::NoSphere {
         reason: if saturated.iter().any(lamp) {
             "all that is round in the picture is saturated, a lamp or a sphere exposed too much"
@@ -242,22 +247,23 @@ fn support(edges: &Edges, circle: Circle) -> Support {
     }
 }
 
-/// A circle moved to where the light breaks, with how much of it that is.
-fn follow(picture: &Reduced, support: Support) -> Support {
-    let mut circle = support.circle;
-    let mut rays = Rays::across(picture, circle);
+/// A circle moved to where the light breaks in the fine picture, with how much of it that is in the
+/// other.
+fn follow(picture: &Reduced, fine: &Reduced, support: Support) -> Support {
+    let times = picture.scale as f64 / fine.scale as f64;
+    let mut circle = support.circle.times(times);
     for _ in 0..3 {
-        let next = rays.best();
+        let next = Rays::across(fine, circle).best();
         let moved = next.apart(circle);
         circle = next;
-        rays = Rays::across(picture, next);
         if moved < 0.2 {
             break;
         }
     }
+    let circle = circle.times(times.recip());
     Support {
         circle,
-        sharp: rays.sharp(),
+        sharp: Rays::across(picture, circle).sharp(),
         ..support
     }
 }
