@@ -8,6 +8,7 @@
 //! circle is taken for where a reflection begins, within the outline (docs/notes/choosing-the-circle.md).
 
 use std::f64::consts::TAU;
+use std::sync::LazyLock;
 
 use super::Circle;
 use super::reduced::Reduced;
@@ -113,6 +114,9 @@ impl Basis {
     }
 }
 
+/// It is the same for every circle.
+static BASIS: LazyLock<Basis> = LazyLock::new(Basis::new);
+
 /// How much better a line that breaks explains what each ray across a circle sees than one that
 /// does not, by the break's offset from the circle.
 pub(super) struct Rays {
@@ -128,7 +132,7 @@ impl Rays {
     /// counting.
     pub(super) fn across(picture: &Reduced, circle: Circle) -> Self {
         let count = ((TAU * circle.radius / 1.5) as usize).clamp(48, 240);
-        let basis = Basis::new();
+        let basis = &*BASIS;
         let mut directions = Vec::with_capacity(count);
         let mut gain = Vec::with_capacity(count);
         for ray in 0..count {
