@@ -2,7 +2,7 @@
 //! tolerance, points chosen at random.
 //!
 //! ```text
-//! cargo run --release --example tree_accuracy -- --whole --points 8 > docs/reference/rendering-bound-table.md
+//! cargo run --release --example tree_accuracy -- --whole --points 20 > docs/reference/rendering-bound-table.md
 //! ```
 //!
 //! Without `--whole` it takes one map, three roughnesses, two tolerances and two points of each;
